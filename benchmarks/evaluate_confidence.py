@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.whole_runs import process_whole
-from chronicles.execution.told.confidence import USUAL
+from chronicles.execution.told.confidence import OFFSET_NATS, SLOPE
 from data_gen.outputs.track_scene import make_track_scene, write_scenario_tracks
 from data_gen.outputs.trajectories import TrackFaults
 from data_gen.scenarios.catalogue import SCENARIOS
@@ -128,7 +128,7 @@ def fitted(judged: Sequence[Judged]) -> tuple[float, float]:
     """Fit offset and slope of the logistic curve over the log odds of what was said before it: maximum likelihood."""
     said, right = _arrays([one for one in judged if one.confidence < 1.0])
     odds = np.clip(said, _LEAST, 1.0 - _LEAST)
-    before = (np.log(odds / (1.0 - odds)) - USUAL.offset_nats) / USUAL.slope
+    before = (np.log(odds / (1.0 - odds)) - OFFSET_NATS) / SLOPE
 
     def loss(curve: np.ndarray) -> float:
         nats = curve[0] + curve[1] * before

@@ -153,8 +153,8 @@ def _bridge(crossing: _Crossing, rng: np.random.Generator) -> Occluder:
     reach_m = crossing.width_m / 2 + crossing.span_m
     skew_rad = float(rng.uniform(-0.2, 0.2))
 
-    def laid(low_m: float, high_m: float, ends_m: float = 0.0) -> shapely.Geometry:
-        return crossing.placed(shapely.box(low_m, -reach_m + ends_m, high_m, reach_m - ends_m), skew_rad)
+    def laid(low_m: float, high_m: float) -> shapely.Geometry:
+        return crossing.placed(shapely.box(low_m, -reach_m, high_m, reach_m), skew_rad)
 
     rails = shapely.union(laid(-half_m, -half_m + 0.5), laid(half_m - 0.5, half_m))
     line = [

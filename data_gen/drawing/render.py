@@ -231,17 +231,17 @@ class Sensor:
         self._stock = _noise_stock(size_px, noise_sigma, self._zero, rng)
         self._rng = rng
 
-    def expose(self, luma: ByteArray, *, gain: float, blur_px: FloatArray | None = None) -> None:
+    def expose(self, luma: ByteArray, *, gain: float, blur_px: FloatArray) -> None:
         """Record one frame.
 
         Parameters
         ----------
         luma : (h, w), changed in place.
         gain : brightness of the scene, about 1.
-        blur_px : (2,), how far the image moves right and down during the exposure; none without.
+        blur_px : (2,), how far the image moves right and down during the exposure.
         """
         width_px, height_px = self._size_px
-        if blur_px is not None and np.abs(blur_px).max() > 0.05:
+        if np.abs(blur_px).max() > 0.05:
             columns, rows = (_smear(float(length_px)) for length_px in blur_px)
             cv2.sepFilter2D(luma, -1, columns, rows, dst=luma)
         cv2.LUT(luma, _light_table(gain, self._zero), dst=luma)

@@ -7,7 +7,6 @@ Events that say nothing of themselves are sure, and so is what is made of them a
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from chronicles.events import Event
 
@@ -15,32 +14,16 @@ from chronicles.events import Event
 _LEAST = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
-class ConfidenceSettings:
-    """Hold what is fitted: see `benchmarks/evaluate_confidence.py` and the reliability table in docs/evaluation.md.
-
-    Attributes
-    ----------
-    time_sigma_us : standard deviation of the time of an event that is not sure; the start and end errors of overtakes
-        in docs/evaluation.md are as large.
-    offset_nats, slope : of the logistic curve over the log odds of what the parts say; maximum likelihood over 637
-        events of seeds 1 to 5, calibration error .033.
-    """
-
-    time_sigma_us: int = 60_000
-    offset_nats: float = 0.2
-    slope: float = 0.86
+# What is fitted: see `benchmarks/evaluate_confidence.py` and the reliability table in docs/evaluation.md.
+TIME_SIGMA_US = 60_000
+"""Standard deviation of the time of an event that is not sure; the start and end errors of overtakes in
+docs/evaluation.md are as large."""
+OFFSET_NATS, SLOPE = 0.2, 0.86
+"""Of the logistic curve over the log odds of what the parts say; maximum likelihood over 637 events of seeds 1 to 5,
+calibration error .033."""
 
 
-USUAL = ConfidenceSettings()
-
-
-def confidence_of(
-    events: Sequence[Event],
-    times_us: Sequence[int],
-    distance_us: Sequence[Sequence[int]],
-    settings: ConfidenceSettings = USUAL,
-) -> float:
+def confidence_of(events: Sequence[Event], times_us: Sequence[int], distance_us: Sequence[Sequence[int]]) -> float:
     """Combine the confidences of matched events with the slack that is left of their bounds.
 
     Parameters
@@ -69,14 +52,14 @@ def confidence_of(
             distance_us[one][other] - (times_us[other] - times_us[one])
             for one in range(len(times_us))
             for other in range(len(times_us))
-            if distance_us[one][other] + distance_us[other][one] > settings.time_sigma_us  # else nothing is left free
+            if distance_us[one][other] + distance_us[other][one] > TIME_SIGMA_US  # else nothing is left free
         ],
         default=math.inf,
     )
-    return weakest * 0.5 * math.erfc(-slack_us / (2.0 * settings.time_sigma_us))  # of a difference of two times
+    return weakest * 0.5 * math.erfc(-slack_us / (2.0 * TIME_SIGMA_US))  # of a difference of two times
 
 
-def calibrated(confidence: float, settings: ConfidenceSettings = USUAL) -> float:
+def calibrated(confidence: float) -> float:
     """Say how often what has a confidence like this is right.
 
     Examples
@@ -87,5 +70,5 @@ def calibrated(confidence: float, settings: ConfidenceSettings = USUAL) -> float
     if confidence == 1.0:
         return 1.0
     odds = min(max(confidence, _LEAST), 1.0 - _LEAST)
-    nats = settings.offset_nats + settings.slope * math.log(odds / (1.0 - odds))
+    nats = OFFSET_NATS + SLOPE * math.log(odds / (1.0 - odds))
     return 1.0 / (1.0 + math.exp(-nats))

@@ -29,6 +29,8 @@ _CLIP_MARGIN_PX = 300.0
 _NEXT_TO_HORIZON_PX = 1.0
 _TILE = 256
 """Blotches after which noise on the ground repeats."""
+_GAIN = 0.6
+"""Strength of each octave of noise relative to the one before."""
 _GRID_M = 0.001
 
 
@@ -238,9 +240,7 @@ def lay_over(picture: Picture, alpha: Picture, colour: Picture | Sequence[float]
     picture += alpha[:, :, None] * (np.asarray(colour, dtype=np.float32) - picture)
 
 
-def fractal_noise(
-    rng: np.random.Generator, size_px: tuple[int, int], *, largest_px: float, octaves: int, gain: float = 0.6
-) -> Picture:
+def fractal_noise(rng: np.random.Generator, size_px: tuple[int, int], *, largest_px: float, octaves: int) -> Picture:
     """Draw a random texture that has detail at several sizes.
 
     Parameters
@@ -248,8 +248,7 @@ def fractal_noise(
     rng : source of the noise.
     size_px : width and height.
     largest_px : size of the largest blotches; each octave halves it.
-    octaves : number of sizes; those under a pixel are left out but for one.
-    gain : strength of each octave relative to the one before.
+    octaves : number of sizes, each weaker than the one before; those under a pixel are left out but for one.
 
     Returns
     -------
@@ -260,7 +259,7 @@ def fractal_noise(
     for octave in range(octaves):
         blotch_px = max(1.0, largest_px / 2**octave)
         cells = (int(height_px / blotch_px) + 3, int(width_px / blotch_px) + 3)
-        grid = rng.standard_normal(cells, dtype=np.float32) * np.float32(gain**octave)
+        grid = rng.standard_normal(cells, dtype=np.float32) * np.float32(_GAIN**octave)
         total += cv2.resize(grid, size_px, interpolation=cv2.INTER_LINEAR if blotch_px < 4 else cv2.INTER_CUBIC)
         if blotch_px == 1.0:
             break

@@ -21,6 +21,8 @@ from gis.cameras.camera import clip_ring
 
 NEAREST_M = 0.5
 """Nothing closer before the camera is drawn."""
+_HIGHEST_M = 4.0
+"""No vehicle is higher."""
 _SMALLEST_PX = 1.0
 """Faces smaller than this are left out, but for lamps."""
 _FAR_PIXEL_M = 0.08
@@ -231,14 +233,13 @@ def place_solid(
     return Solid(row, mesh, heading_rad, pixel_m, distance_m, eye_m, to_image)
 
 
-def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 4.0) -> IntArray:
+def rows_in_image(states: VehicleStates, view: CameraView) -> IntArray:
     """Find the vehicles of which something may be in the image.
 
     Parameters
     ----------
     states : n vehicles.
     view : the camera; it has a pose.
-    height_m : none is higher.
 
     Returns
     -------
@@ -250,7 +251,7 @@ def rows_in_image(states: VehicleStates, view: CameraView, *, height_m: float = 
     space = view.pose.projection(*view.size_px)
     foot_m = corners_m(states)
     flat = foot_m @ space[:, :2].T + space[:, 3]
-    mapped = np.concatenate((flat, flat + height_m * space[:, 2]), axis=1)  # (n, 8, 3)
+    mapped = np.concatenate((flat, flat + _HIGHEST_M * space[:, 2]), axis=1)  # (n, 8, 3)
     ahead = mapped[:, :, 2] > NEAREST_M
     depth = np.where(ahead, mapped[:, :, 2], np.nan)
     with np.errstate(invalid="ignore"):

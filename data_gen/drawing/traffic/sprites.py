@@ -45,10 +45,10 @@ class SpritePainter:
     Parameters
     ----------
     size_px : width and height of the picture.
-    sun : casts shadows; none without.
+    sun : casts shadows.
     """
 
-    def __init__(self, size_px: tuple[int, int], sun: Sun | None) -> None:
+    def __init__(self, size_px: tuple[int, int], sun: Sun) -> None:
         self._size_px = size_px
         self._sun = sun
         self._sprites: dict[str, dict[tuple[int, int], Sprite]] = {}
@@ -149,13 +149,13 @@ def ground_from_vehicle(centre_m: FloatArray, heading_rad: float) -> FloatArray:
     return np.array([[east, -north, centre_m[0]], [north, east, centre_m[1]], [0.0, 0.0, 1.0]])
 
 
-def paint_vehicle(looks: VehicleLooks, *, sun: Sun | None, heading_rad: float, metres_per_pixel: float) -> Sprite:
+def paint_vehicle(looks: VehicleLooks, *, sun: Sun, heading_rad: float, metres_per_pixel: float) -> Sprite:
     """Paint a vehicle and its shadow.
 
     Parameters
     ----------
     looks : class, size and appearance.
-    sun : casts the shadow; none without a sun, or with a hidden one.
+    sun : casts the shadow; none if it is hidden.
     heading_rad : turns the shadow relative to the vehicle.
     metres_per_pixel : of the image into which the sprite goes.
 
@@ -164,10 +164,9 @@ def paint_vehicle(looks: VehicleLooks, *, sun: Sun | None, heading_rad: float, m
     The sprite.
     """
     parts = vehicle_parts(looks)
-    lit = sun if sun is not None and not sun.is_hidden else None
-    canvas = _Canvas(looks, lit, metres_per_pixel)
-    if lit is not None:
-        canvas.cast_shadow([shadow_m(part, lit, heading_rad) for part in parts])
+    canvas = _Canvas(looks, sun, metres_per_pixel)
+    if not sun.is_hidden:
+        canvas.cast_shadow([shadow_m(part, sun, heading_rad) for part in parts])
     for part in parts:
         if part.base_m is not part.top_m:
             canvas.fill(part.base_m, part.side)
@@ -201,10 +200,10 @@ def shadow_m(part: Part, sun: Sun, heading_rad: float) -> FloatArray:
 class _Canvas:
     """A sprite while it is painted: colour times opacity, and opacity, in float32."""
 
-    def __init__(self, looks: VehicleLooks, sun: Sun | None, metres_per_pixel: float) -> None:
+    def __init__(self, looks: VehicleLooks, sun: Sun, metres_per_pixel: float) -> None:
         self._oversampling = _OVERSAMPLING if metres_per_pixel > _FINE_PIXEL_M else _FINE_OVERSAMPLING
         self._pixel_m = metres_per_pixel / self._oversampling
-        reach_m = 0.0 if sun is None else sun.shadow_slope * height_m(looks.vehicle_class)
+        reach_m = 0.0 if sun.is_hidden else sun.shadow_slope * height_m(looks.vehicle_class)
         margin_m = reach_m + 2 * metres_per_pixel + 4 * PENUMBRA_M
         self._half_px = (
             math.ceil((looks.length_m / 2 + margin_m) / self._pixel_m),

@@ -113,10 +113,10 @@ class _Slab:
         self.put(side, across, up, colour, is_lamp=is_lamp)
         self.put(side, (1 - across[1], 1 - across[0]), up, colour, is_lamp=is_lamp)
 
-    def part(self, side: Colour, top: Colour, level: int, *, block_x_m: float = 0.0, block_y_m: float = 0.0) -> Part:
+    def part(self, side: Colour, top: Colour, level: int, *, block_x_m: float = 0.0) -> Part:
         """Paint the slab."""
         outlines = self.outline(self.low), self.low_m, self.outline(self.high), self.high_m
-        return Part(*outlines, side, top, level, block_x_m, block_y_m, tuple(self.panels))
+        return Part(*outlines, side, top, level, block_x_m, panels=tuple(self.panels))
 
 
 def _straight(

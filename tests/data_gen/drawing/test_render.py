@@ -19,9 +19,10 @@ SIZE_PX = (640, 360)
 COARSE_VIEW = View(centre_m=(500.0, 0.0), width_m=300.0)
 COARSE = camera_over(COARSE_VIEW, SIZE_PX)
 FINE = camera_over(View(centre_m=(500.0, 0.0), width_m=96.0), SIZE_PX)
+NO_SUN = Sun(shadow_rad=0.0, shadow_slope=1.0, phases_rad=(0.0, 0.0), is_hidden=True)
 
 
-def opacity(view: CameraView, states: VehicleStates, sun: Sun | None = None) -> FloatArray:
+def opacity(view: CameraView, states: VehicleStates, sun: Sun = NO_SUN) -> FloatArray:
     """Measure each pixel's cover by drawing over black and over white: paint does not matter."""
     pictures = []
     for ground in (0, 255):
