@@ -77,6 +77,7 @@ def describe_bodies(app: FastAPI) -> None:
             document["security"] = [{}, *({name: []} for name in _SECURITY)]  # a server may ask for none
             for path in document["paths"].values():
                 for operation in path.values():
+                    operation["summary"] = operation["description"].partition("\n")[0]
                     _drop_foreign_errors(operation["responses"])
                     for answer in operation["responses"].values():
                         for content in answer.get("content", {}).values():

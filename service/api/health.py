@@ -35,26 +35,17 @@ def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:
     """Add the routes that tell how a server is."""
     limiter = CapacityLimiter(2)
 
-    @router.get(
-        "/healthz",
-        name="health",
-        summary="Say that the server lives",
-        response_class=PlainTextResponse,
-        responses=problems(),
-    )
+    @router.get("/healthz", name="health", response_class=PlainTextResponse, responses=problems())
     async def healthz() -> PlainTextResponse:
-        """Answer from the event loop alone."""
+        """Say that the server lives; its event loop alone answers."""
         return PlainTextResponse("ok\n")
 
-    @router.get(
-        "/readyz",
-        summary="Say whether the server can answer",
-        description="Looks at the log, its schema and the room on its disk; a 503 lists what fails.",
-        response_class=PlainTextResponse,
-        responses=problems(503),
-    )
+    @router.get("/readyz", response_class=PlainTextResponse, responses=problems(503))
     async def readyz(request: Request) -> Response:
-        """Answer with what fails, if anything does."""
+        """Say whether the server can answer.
+
+        Looks at the log, its schema and the room on its disk; a 503 lists what fails.
+        """
         found = [f"log: expected an answer within {LOOKED_WITHIN_S:g} s, got none"]
         with move_on_after(LOOKED_WITHIN_S):
             found = await to_thread.run_sync(failing, log, limiter=limiter, abandon_on_cancel=True)
@@ -63,11 +54,9 @@ def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:
         kind, told = "urn:dyknow:problem:not-ready", [ProblemDetail(one) for one in found]
         return problem(request, 503, "; ".join(found), kind=kind, errors=told, headers={"Retry-After": "1"})
 
-    @router.get(
-        "/metrics", summary="Tell Prometheus of the server", response_class=PlainTextResponse, responses=problems()
-    )
+    @router.get("/metrics", response_class=PlainTextResponse, responses=problems())
     async def tell_metrics() -> Response:
-        """Answer with all counts; those of the log are as old as it has been unreadable."""
+        """Tell Prometheus of the server; counts of the log are as old as it has been unreadable."""
         with move_on_after(LOOKED_WITHIN_S):
             await to_thread.run_sync(_note, log, metrics, limiter=limiter, abandon_on_cancel=True)
         return Response(metrics.text(), headers={"Content-Type": CONTENT_TYPE_LATEST})

@@ -47,10 +47,12 @@ def new_client(url: str) -> Iterator[NewClient]:
 def writable(app: FastAPI) -> FastAPI:
     @app.put("/api/v1/things")
     def put() -> Response:
+        """Put nothing."""
         return Response(status_code=204)
 
     @app.delete("/api/v1/things")
     def fail() -> None:
+        """Fail."""
         raise RuntimeError("secret")
 
     return app
