@@ -4,7 +4,7 @@ The answers are encoded by msgspec and never pass through the framework's models
 too: the description cannot drift from what is sent.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final  # JSON schemas have no narrower type
 from urllib.parse import urlencode
 
@@ -37,6 +37,12 @@ def answers(
     schema = _reference(body) if isinstance(body, str) else msgspec.json.schema(body, ref_template=REFERENCE)
     content = {media_type: {"schema": schema}} | ({also: {}} if also else {})
     return {status: {"description": "OK", "content": content}} | problems(*errors)
+
+
+def file_answers(media_types: Iterable[str], *errors: int, statuses: Sequence[int] = (200,)) -> Answers:
+    """Describe the answers of a route that sends a file of one of some media types."""
+    sent = {"description": "OK", "content": {one: {} for one in media_types}}
+    return dict.fromkeys(statuses, sent) | problems(*errors)
 
 
 def problems(*errors: int) -> Answers:

@@ -163,14 +163,15 @@ def read_stream_question(pairs: Pairs, last_event_id: str | None) -> tuple[Event
     return wanted, None if asked.last_event_id is UNSET else asked.last_event_id
 
 
-def describe_query(kind: type[_Query]) -> list[JsonObject]:
-    """Describe the parameters of a request about events for OpenAPI."""
+def taking(kind: type[_Query]) -> JsonObject:
+    """Describe the parameters of a request about events, for the OpenAPI description of its route."""
     described: list[JsonObject] = [
         {"name": name, "in": "query", "required": False, "description": schema.pop("description"), "schema": schema}
         for name, schema in _schemas(kind).items()
     ]
     role: JsonObject = {"type": "array", "items": _TEXT}
-    return [*described, describe_roles(role, "as in `role.overtaker=car7`. Repeat for alternatives.")]
+    described.append(describe_roles(role, "as in `role.overtaker=car7`. Repeat for alternatives."))
+    return {"parameters": described}
 
 
 def describe_roles(role: JsonObject = _TEXT, more: str = "as in `role.overtaker=car7`.") -> JsonObject:

@@ -39,44 +39,30 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     ----------
     coverage : of the same log.
     """
+    tracked = answers(Tracks, 400, 404, 409, 422, also=GEOJSON)
 
-    @router.get("/api/v1/cars", name="cars", summary="List the cars of a run", responses=answers(CarList, 404, 422))
+    @router.get("/cars", name="cars", responses=answers(CarList, 404, 422))
     def list_cars(asked: Annotated[OfRun, Query()]) -> Response:
-        """Answer with the cars in the order of first sight, and how sure each is the same one."""
+        """List the cars of a run in the order of first sight, and how sure each is the same one."""
         record = log.run(asked.run)
         return json_answer(CarList(record.id, identities(log, record.id), coverage.of_run(record)))
 
-    @router.get(
-        "/api/v1/cars/{car}/links",
-        name="links",
-        summary="Say by what links a car is the one that it is",
-        responses=answers(LinkList, 404, 422),
-    )
+    @router.get("/cars/{car}/links", name="links", responses=answers(LinkList, 404, 422))
     def get_links(car: str, asked: Annotated[OfRun, Query()]) -> Response:
-        """Answer with the identity chain of a car, oldest link first."""
+        """Say by what links a car is the one that it is, the oldest first."""
         record = log.run(asked.run)
         return json_answer(LinkList(record.id, car, links_of(log, record, car), coverage.of_run(record)))
 
-    @router.get(
-        "/api/v1/cars/{car}/trajectory",
-        name="trajectory",
-        summary="Say where a car was",
-        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
-    )
+    @router.get("/cars/{car}/trajectory", name="trajectory", responses=tracked)
     def get_trajectory(car: str, asked: Annotated[_Stepwise, Query()]) -> Response:
-        """Answer with the states of a car over its life, or in a window."""
+        """Say where a car was over its life, or in a window."""
         record = log.run(asked.run)
         check_car(log, record, car)
         return _tracks(record, asked, (car,))
 
-    @router.get(
-        "/api/v1/tracks",
-        name="tracks",
-        summary="Say where all cars were",
-        responses=answers(Tracks, 400, 404, 409, 422, also=GEOJSON),
-    )
+    @router.get("/tracks", name="tracks", responses=tracked)
     def get_tracks(asked: Annotated[_Window, Query()]) -> Response:
-        """Answer with the states of all cars in a window."""
+        """Say where all cars were in a window."""
         if asked.to > asked.from_ + MOST_US:
             expected = f"to: expected at most {MOST_US} us after 'from'"
             raise FilterError(f"{expected}, got {asked.to - asked.from_} us", parameter="to")

@@ -53,23 +53,17 @@ def add_chronicles(router: APIRouter, log: EventLog, library: tuple[ChronicleRec
     library : the chronicles that come with DyKnow.
     """
 
-    @router.get(
-        "/api/v1/chronicles", name="chronicles", summary="List chronicles", responses=answers(ChronicleList, 422)
-    )
+    @router.get("/chronicles", name="chronicles", responses=answers(ChronicleList, 422))
     def list_chronicles(asked: Annotated[NoParameters, Query()]) -> Response:
         """List the shipped chronicles, those of the log's runs, and the texts that the log holds."""
         return json_answer(ChronicleList(_merge_chronicles(log, library), ChronicleTexts(log).current()))
 
-    @router.post(
-        "/api/v1/chronicles/check",
-        name="check",
-        summary="Check a chronicle text",
-        description="The body is the text, UTF-8. The answer is 200 whatever is found in it.",
-        responses=answers(FINDINGS, 413, 422),
-        openapi_extra=TEXT_BODY,
-    )
+    @router.post("/chronicles/check", name="check", responses=answers(FINDINGS, 413, 422), openapi_extra=TEXT_BODY)
     def check_text(text: SentText) -> Response:
-        """Find what is wrong or doubtful in a text."""
+        """Find what is wrong or doubtful in a chronicle text.
+
+        The body is the text, UTF-8. The answer is 200 whatever is found in it.
+        """
         checked = check_chronicles([(TEXT_NAME, text)])
         return json_answer(f'{{"findings":{render_json(checked.findings)}}}'.encode())
 

@@ -14,7 +14,7 @@ from starlette.responses import Response, StreamingResponse
 
 from service.api.delivery.event_stream import MEDIA_TYPE as EVENT_STREAM
 from service.api.delivery.event_stream import EventStream
-from service.api.messages.answers import answers, json_answer, link_to_next, problems
+from service.api.messages.answers import answers, file_answers, json_answer, link_to_next
 from service.api.messages.asked import GEOJSON, NoParameters
 from service.api.messages.bodies import EventList, EventSummary
 from service.api.messages.parameters import (
@@ -22,9 +22,9 @@ from service.api.messages.parameters import (
     ExportQuery,
     StreamQuery,
     SummaryQuery,
-    describe_query,
     read_query,
     read_stream_question,
+    taking,
 )
 from service.api.processes.pool import ProcessPool
 from service.api.processes.questions import summary
@@ -44,8 +44,7 @@ _MEDIA_TYPES = {
     "jsonl": "application/jsonl", "csv": "text/csv", "vtt": "text/vtt", "geojson": GEOJSON, "ocel": "application/json",
     "openlabel": "application/json", "parquet": "application/vnd.apache.parquet",
 }  # fmt: skip
-_FILE = {"description": "OK", "content": {one: {} for one in _MEDIA_TYPES.values()}}
-_EXPORTED = problems(400, 404, 422, 501) | {200: _FILE}
+_EXPORTED = file_answers(_MEDIA_TYPES.values(), 400, 404, 422, 501)
 
 
 def add_events(router: APIRouter, log: EventLog, stream: EventStream, coverage: Coverage, pool: ProcessPool) -> None:
@@ -66,19 +65,15 @@ def _add_page(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
     hasty = log.hasty()
     kept = _KeptPages(hasty, coverage) if hasty else None
 
-    @router.get(
-        _PATH,
-        name="events",
-        summary="List events",
-        description="Repeated parameters are alternatives; different parameters must all hold.",
-        responses=answers(EventList, 400, 422),
-        openapi_extra={"parameters": describe_query(EventQuery)},
-    )
+    @router.get("/events", name="events", responses=answers(EventList, 400, 422), openapi_extra=taking(EventQuery))
     async def list_events(request: Request) -> Response:
-        """Answer with one page of the events that were asked for; by a thread, if that takes long."""
+        """List events, one page of those that were asked for.
+
+        Repeated parameters are alternatives; different parameters must all hold.
+        """
         query = request.scope["query_string"].decode("latin-1")
         page = kept.find(query) if kept else None
-        if page is None:
+        if page is None:  # it takes long
             page = await to_thread.run_sync(_made, log, coverage, query)
         return _sent(page, request)
 
@@ -137,45 +132,32 @@ def _sent(page: _Page, request: Request) -> Response:
 
 
 def _add_stream(router: APIRouter, stream: EventStream) -> None:
-    @router.get(
-        "/api/v1/events/stream",
-        name="stream",
-        summary="Stream events as they are written",
-        description="Server-sent events: `id` is the sequence number, `event` the status, `data` the event.",
-        responses=answers(EventRecord, 422, media_type=EVENT_STREAM),
-        openapi_extra={"parameters": describe_query(StreamQuery)},
-    )
+    streamed = answers(EventRecord, 422, media_type=EVENT_STREAM)
+
+    @router.get("/events/stream", name="stream", responses=streamed, openapi_extra=taking(StreamQuery))
     async def stream_events(request: Request) -> Response:
-        """Answer with the events behind a sequence number, and go on with those that are written from then on."""
+        """Stream events as they are written, from those behind a sequence number on.
+
+        Server-sent events: `id` is the sequence number, `event` the status, `data` the event.
+        """
         given = request.query_params.multi_items(), request.headers.get("last-event-id")
         return await stream.answer(*read_stream_question(*given))
 
 
 def _add_summary(router: APIRouter, pool: ProcessPool) -> None:
-    @router.get(
-        "/api/v1/events/summary",
-        name="summary",
-        summary="Count events",
-        responses=answers(EventSummary, 400, 422),
-        openapi_extra={"parameters": describe_query(SummaryQuery)},
-    )
+    counted = answers(EventSummary, 400, 422)
+
+    @router.get("/events/summary", name="summary", responses=counted, openapi_extra=taking(SummaryQuery))
     async def summarise_events(request: Request) -> Response:
-        """Answer with counts by type, road, object or hour, the highest first, and bins of media time."""
+        """Count events by type, road, object or hour, the highest count first, and in bins of media time."""
         asked, wanted = read_query(request.query_params.multi_items(), SummaryQuery)
         return json_answer(await pool.ask(summary, wanted, asked.by, asked.bin_us or None, asked.limit))
 
 
 def _add_export(router: APIRouter, log: EventLog) -> None:
-    @router.get(
-        "/api/v1/events/export",
-        name="export",
-        summary="Export events as a file",
-        description="All events of the filters, in one state of the log.",
-        responses=_EXPORTED,
-        openapi_extra={"parameters": describe_query(ExportQuery)},
-    )
+    @router.get("/events/export", name="export", responses=_EXPORTED, openapi_extra=taking(ExportQuery))
     def export_events(request: Request) -> Response:
-        """Answer with a file that is made while it is sent."""
+        """Export all events of the filters as a file, which is made while it is sent, in one state of the log."""
         asked, wanted = read_query(request.query_params.multi_items(), ExportQuery)
         headers = {"Content-Disposition": f'attachment; filename="events.{asked.format}"'}
         blocks = exported(log, wanted, asked.format)
@@ -183,9 +165,7 @@ def _add_export(router: APIRouter, log: EventLog) -> None:
 
 
 def _add_event(router: APIRouter, log: EventLog) -> None:
-    @router.get(
-        "/api/v1/events/{event_id}", name="event", summary="Get one event", responses=answers(EventRecord, 404, 422)
-    )
+    @router.get("/events/{event_id}", name="event", responses=answers(EventRecord, 404, 422))
     def get_event(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Get an event by its identifier; 404 if the log has no such event."""
         text = find_event(log, event_id)

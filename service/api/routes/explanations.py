@@ -15,51 +15,29 @@ from service.api.processes.questions import awaited, monitors_tried, why, why_no
 
 def add_explanations(router: APIRouter, pool: ProcessPool) -> None:
     """Add the routes that look again at what a run saw."""
+    absent, under_way = (answers(one, 400, 404, 409, 422) for one in (EXPLANATION, AwaitedAnswer))
+    tried = answers(MonitorTrial, 400, 404, 409, 413, 422)
+    roles = {"parameters": [describe_roles()]}
 
-    @router.get(
-        "/api/v1/events/{event_id}/why",
-        name="why",
-        summary="Say why an event was recognised",
-        responses=answers(EventExplanation, 404, 409, 422),
-    )
+    @router.get("/events/{event_id}/why", name="why", responses=answers(EventExplanation, 404, 409, 422))
     async def get_why(event_id: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Explain an event by its parts, its constraints and who its objects were."""
+        """Say why an event was recognised: its parts, its constraints and who its objects were."""
         found = await pool.ask(why, event_id)
         if found is None:
             raise HTTPException(404, f"event: expected the id of an event in this log, got {event_id!r}")
         return json_answer(found)
 
-    @router.get(
-        "/api/v1/chronicles/{name}/why-not",
-        name="why_not",
-        summary="Say why a chronicle was not recognised",
-        description="The instances that came closest, the nearest first.",
-        responses=answers(EXPLANATION, 400, 404, 409, 422),
-        openapi_extra={"parameters": [describe_roles()]},
-    )
+    @router.get("/chronicles/{name}/why-not", name="why_not", responses=absent, openapi_extra=roles)
     async def get_why_not(name: str, asked: Annotated[Absence, Query()]) -> Response:
-        """Explain the absence of a chronicle by its near misses."""
+        """Say why a chronicle was not recognised: the instances that came closest, the nearest first."""
         return json_answer(await pool.ask(why_not, asked.about(name, asked.from_, asked.to)))
 
-    @router.get(
-        "/api/v1/chronicles/{name}/partial",
-        name="partial",
-        summary="Say what instances of a chronicle wait for",
-        description="What was under way at a time: what is missing, until when, and what became of instances before.",
-        responses=answers(AwaitedAnswer, 400, 404, 409, 422),
-        openapi_extra={"parameters": [describe_roles()]},
-    )
+    @router.get("/chronicles/{name}/partial", name="partial", responses=under_way, openapi_extra=roles)
     async def get_partial(name: str, asked: Annotated[Awaited, Query()]) -> Response:
-        """Answer with the instances under way, and those that ended in the window."""
+        """Say what instances of a chronicle wait for at a time, until when, and what became of those before."""
         return json_answer(await pool.ask(awaited, asked.about(name, asked.from_, asked.at)))
 
-    @router.post(
-        "/api/v1/monitors/try",
-        name="try_monitors",
-        summary="Say what monitors would have told",
-        responses=answers(MonitorTrial, 400, 404, 409, 413, 422),
-        dependencies=[Depends(take_none)],
-    )
+    @router.post("/monitors/try", name="try_monitors", responses=tried, dependencies=[Depends(take_none)])
     async def try_monitors(order: MonitorOrder) -> Response:
-        """Run monitors over the stored cars and relations of a run; nothing is written."""
+        """Say what monitors would have told of the stored cars and relations of a run; nothing is written."""
         return json_answer(await pool.ask(monitors_tried, order.run, order.text))

@@ -29,9 +29,9 @@ def add_index(router: APIRouter, log: EventLog) -> None:
     def hello(request: Request) -> PlainTextResponse:
         return PlainTextResponse(HELLO.format(base=request.base_url))
 
-    @router.get("/api/v1", name="index", summary="Say what can be asked", responses=answers(Index))
+    @router.get("/api/v1", name="index", responses=answers(Index))
     def index() -> Response:
-        """Link to all routes by their names."""
+        """Say what can be asked: link to all routes by their names."""
         described = (one for one in router.routes if isinstance(one, APIRoute) and one.include_in_schema)
         links = {one.name: one.path for one in described} | {"openapi": "/openapi.json"}
         return json_answer(Index("dyknow", version, find_last_seq(log), DEFAULT_LIMIT, MAX_LIMIT, links))

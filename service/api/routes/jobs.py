@@ -77,9 +77,8 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
 
 def add_job_list(router: APIRouter, log: EventLog) -> None:
     """Add the list of all jobs."""
-    path = "/api/v1/jobs"
 
-    @router.get(path, name="jobs", responses=answers(JobList, 400, 422))
+    @router.get("/jobs", name="jobs", responses=answers(JobList, 400, 422))
     def list_jobs(asked: Annotated[Paged, Query()]) -> Response:
         """List what was queued for the log, in its order."""
         after = 0 if asked.cursor is None else decode_cursor(asked.cursor, None)[0]
@@ -87,7 +86,7 @@ def add_job_list(router: APIRouter, log: EventLog) -> None:
             found = jobs.listed(after=after, most=asked.limit + 1)
         shown = found[: asked.limit]
         cursor = encode_cursor((shown[-1].number, 0), None) if len(found) > len(shown) else None
-        headers = link_to_next(path, [("limit", str(asked.limit))], cursor)
+        headers = link_to_next("/api/v1/jobs", [("limit", str(asked.limit))], cursor)
         return json_answer(JobList([_status(one) for one in shown], cursor), headers=headers)
 
 

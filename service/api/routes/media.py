@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request
 from pydantic import Field
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from service.api.messages.answers import Answers, problems
+from service.api.messages.answers import file_answers, problems
 from service.api.messages.asked import MediaTime, NoParameters
 from service.api.processes.pictures import clip, picture, video_of
 from service.api.processes.pool import ProcessPool
@@ -17,13 +17,6 @@ from service.export.events import exported
 from service.questions.events.queries import EventFilter
 from service.records.seen import OverlayForm
 from service.store.log import EventLog
-
-_VIDEO: Answers = {
-    200: {"description": "OK", "content": {"video/*": {}}},
-    206: {"description": "A part", "content": {"video/*": {}}},
-}
-_PICTURE: Answers = {200: {"description": "OK", "content": {"image/jpeg": {}}}}
-_CHAPTERS: Answers = {200: {"description": "OK", "content": {"text/vtt": {}}}}
 
 
 class _Drawn(NoParameters):
@@ -49,49 +42,34 @@ def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequ
     folders : only files that lie in these are sent.
     """
     allowed = [one.resolve() for one in folders]
+    video = file_answers(["video/*"], 400, 404, 416, 422, statuses=(200, 206))
 
-    @router.get(
-        "/api/v1/runs/{run}/video",
-        name="video",
-        summary="Get the video of a run",
-        description="Takes `Range`. Media time 0 is at the time stamp `first_pts_us` of the run.",
-        responses=problems(400, 404, 416, 422) | _VIDEO,
-    )
+    @router.get("/runs/{run}/video", name="video", responses=video)
     def get_video(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Answer with the file that the run read, if it is still there and may be sent."""
+        """Get the video that a run read, if it is still there and may be sent.
+
+        Takes `Range`. Media time 0 is at the time stamp `first_pts_us` of the run.
+        """
         path = video_of(log.run(run), allowed)
         return FileResponse(path, content_disposition_type="inline", filename=path.name)
 
-    @router.get(
-        "/api/v1/runs/{run}/frame",
-        name="frame",
-        summary="Get a picture of a run",
-        responses=problems(404, 409, 422) | _PICTURE,
-    )
+    @router.get("/runs/{run}/frame", name="frame", responses=file_answers(["image/jpeg"], 404, 409, 422))
     async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
-        """Answer with a frame of the video as JPEG, with what the run saw on it."""
+        """Get a frame of the video of a run as JPEG, with what the run saw on it."""
         make = partial(picture, overlay=asked.overlay, width_px=asked.width)
         return Response(await pool.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
 
-    @router.get(
-        "/api/v1/events/{event_id}/clip.mp4",
-        name="clip",
-        summary="Get the piece of video of an event",
-        description="Takes `Range`.",
-        responses=problems(400, 404, 409, 416, 422) | _VIDEO,
-    )
+    @router.get("/events/{event_id}/clip.mp4", name="clip", responses=video | problems(409))
     async def get_clip(event_id: str, asked: Annotated[_Clip, Query()], request: Request) -> Response:
-        """Answer with the frames of the event as H.264, with what the run saw on them."""
+        """Get the piece of video of an event as H.264, with what the run saw on it.
+
+        Takes `Range`.
+        """
         make = partial(clip, pad_us=asked.pad_us, overlay=asked.overlay, width_px=asked.width)
         path = await pool.ask(make, event_id, allowed, request.app.state.clips)
         return FileResponse(path, content_disposition_type="inline", filename=f"{event_id}.mp4")
 
-    @router.get(
-        "/api/v1/runs/{run}/chapters.vtt",
-        name="chapters",
-        summary="Get the events of a run as chapters of its video",
-        responses=problems(404, 422) | _CHAPTERS,
-    )
+    @router.get("/runs/{run}/chapters.vtt", name="chapters", responses=file_answers(["text/vtt"], 404, 422))
     def get_chapters(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Answer with WebVTT in the times of the video."""
+        """Get the events of a run as chapters of its video, WebVTT in the times of that."""
         return StreamingResponse(exported(log, EventFilter(runs=(log.run(run).id,)), "vtt"), media_type="text/vtt")

@@ -39,25 +39,16 @@ class _AtTime(_About):
 
 def add_relations(router: APIRouter, pool: ProcessPool) -> None:
     """Add the routes about relations."""
+    listed = answers(RelationList, 400, 404, 422)
 
-    @router.get(
-        "/api/v1/relations",
-        name="relations",
-        summary="List relations that held in a window",
-        responses=answers(RelationList, 400, 404, 422),
-    )
+    @router.get("/relations", name="relations", responses=listed)
     async def list_relations(asked: Annotated[_InWindow, Query()]) -> Response:
-        """Answer with intervals, the earliest first; of relations that were not watched too, if they are named."""
+        """List when relations held in a window, the earliest first; unwatched ones too, if they are named."""
         return json_answer(await pool.ask(relations, _question(asked, asked.from_, asked.to), asked.cursor))
 
-    @router.get(
-        "/api/v1/relations/at",
-        name="relations_at",
-        summary="List relations that held at a time",
-        responses=answers(RelationList, 400, 404, 422),
-    )
+    @router.get("/relations/at", name="relations_at", responses=listed)
     async def list_relations_at(asked: Annotated[_AtTime, Query()]) -> Response:
-        """Answer with the intervals in which a time lies."""
+        """List relations that held at a time, each with all of the interval in which that lies."""
         return json_answer(await pool.ask(relations, _question(asked, asked.t_us, asked.t_us + 1), asked.cursor))
 
 

@@ -35,9 +35,9 @@ class _Site(NoParameters):
 def add_runs(router: APIRouter, log: EventLog, pool: ProcessPool, coverage: Coverage) -> None:
     """Add the routes about runs."""
 
-    @router.get("/api/v1/runs", name="runs", summary="List runs", responses=answers(RunList, 422))
+    @router.get("/runs", name="runs", responses=answers(RunList, 422))
     def list_runs(asked: Annotated[_Asked, Query()]) -> Response:
-        """Answer with the runs, in the order in which they first came to the log, and what time each looked at."""
+        """List runs, in the order in which they first came to the log, and what time each looked at."""
         known = coverage.of_all()
         found = [
             replace(
@@ -49,9 +49,9 @@ def add_runs(router: APIRouter, log: EventLog, pool: ProcessPool, coverage: Cove
         ]
         return json_answer(RunList(found))
 
-    @router.get("/api/v1/runs/{run}", name="run", summary="Get one run", responses=answers(RunDetail, 404, 422))
+    @router.get("/runs/{run}", name="run", responses=answers(RunDetail, 404, 422))
     def get_run(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Answer with what a run was made of, how far it has come, what it holds, and when it saw nothing."""
+        """Get one run: what it was made of, how far it has come, what it holds, and when it saw nothing."""
         record = log.run(run)
         detail = convert(record, RunDetail, from_attributes=True)
         return json_answer(
@@ -67,23 +67,13 @@ def add_runs(router: APIRouter, log: EventLog, pool: ProcessPool, coverage: Cove
             )
         )
 
-    @router.get(
-        "/api/v1/runs/{run}/site",
-        name="site",
-        summary="Get the roads of a run",
-        responses=answers(RunSite, 404, 409, 422, also=GEOJSON),
-    )
+    @router.get("/runs/{run}/site", name="site", responses=answers(RunSite, 404, 409, 422, also=GEOJSON))
     async def get_site(run: str, asked: Annotated[_Site, Query()]) -> Response:
-        """Answer with the lanes and junctions that the run knew, if its site file is still there."""
+        """Get the lanes and junctions that a run knew, if its site file is still there."""
         found = await pool.ask(site, run, asked.format)
         return json_answer(found) if asked.format == "json" else Response(found, media_type=GEOJSON)
 
-    @router.get(
-        "/api/v1/runs/{run}/streams",
-        name="streams",
-        summary="Say what ran in a run",
-        responses=answers(StoredStreams, 404, 422),
-    )
+    @router.get("/runs/{run}/streams", name="streams", responses=answers(StoredStreams, 404, 422))
     def get_streams(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Answer with the processes of a run, what their streams carried, and what each cost."""
+        """Say what ran in a run: its processes, what their streams carried, and what each cost."""
         return json_answer(streams_of(log, log.run(run)))

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fastapi import APIRouter, Depends
+from starlette.responses import Response
 
 from service.api.delivery.event_stream import EventStream
 from service.api.messages.asked import take_none
@@ -46,18 +47,19 @@ def add_routes(
     media_folders : whose videos may be sent.
     """
     coverage = Coverage(log)
-    add_events(router, log, stream, coverage, pool)
-    add_explanations(router, pool)
-    add_cars(router, log, coverage)
-    add_relations(router, pool)
-    add_runs(router, log, pool, coverage)
-    add_media(router, log, pool, media_folders)
-    add_job_list(router, log)
-    add_chronicles(router, log, tuple(shipped))
+    asked = APIRouter(prefix="/api/v1", default_response_class=Response)
+    add_events(asked, log, stream, coverage, pool)
+    add_explanations(asked, pool)
+    add_cars(asked, log, coverage)
+    add_relations(asked, pool)
+    add_runs(asked, log, pool, coverage)
+    add_media(asked, log, pool, media_folders)
+    add_job_list(asked, log)
+    add_chronicles(asked, log, tuple(shipped))
     plain = APIRouter(prefix="/api/v1", dependencies=[Depends(take_none)])
     add_chronicle_texts(plain, log, pool)
     add_sources(plain, log, folders, pool)
     add_jobs(plain, log, folders)
     add_webhooks(plain, log)
-    router.routes.extend(plain.routes)  # `include_router` would hide them from the index
+    router.routes.extend([*asked.routes, *plain.routes])  # `include_router` would hide them from the index
     add_index(router, log)
