@@ -1,4 +1,4 @@
-"""How does a result leave `dyknow`? As a table, as one JSON object, and as an exit code.
+"""How does a result leave `dyknow`? As a table, as one JSON object, as a file, and as an exit code.
 
 A table has plain columns, two blanks apart, as wide as their widest cell: no frames, no colours, nothing cut off.
 Scripts rely on the exit codes; docs/cli.md lists them.
@@ -7,11 +7,14 @@ Scripts rely on the exit codes; docs/cli.md lists them.
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import typer
 
 from service.errors import InputError
+
+if TYPE_CHECKING:
+    from vision.objects import ByteArray
 
 OK: Final = 0
 INTERNAL: Final = 1  # a fault of ours
@@ -41,16 +44,34 @@ def format_table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"{line.rstrip()}\n" for line in padded)
 
 
-def check_apart(out: Path, *read: Path | None) -> None:
-    """Refuse to write over what is read, by whatever name it goes.
+def check_target(out: Path, *read: Path | None) -> None:
+    """Refuse to write where nothing can be written, or over what is read, by whatever name it goes.
 
     Raises
     ------
     InputError
-        If `out` is one of the files that are read.
+        If `out` is one of the files that are read, a folder, or in one that is not there.
     """
     if out.exists() and any(one is not None and one.exists() and out.samefile(one) for one in read):
         raise InputError(f"{out}: expected a new file, got one that is being read")
+    if not out.parent.is_dir() or out.is_dir():
+        raise InputError(f"{out}: expected a file in an existing folder, got another path")
+
+
+def write_picture(path: Path, picture: "ByteArray") -> None:
+    """Write a picture.
+
+    Raises
+    ------
+    InputError
+        If the name is not that of a picture, or it cannot be written.
+    """
+    import cv2
+
+    if path.suffix.lower() not in (".png", ".jpg"):
+        raise InputError(f"{path}: expected a path ending in .png or .jpg")
+    if not cv2.imwrite(str(path), picture):
+        raise InputError(f"{path}: expected a path that can be written, got a refusal")
 
 
 def print_json(record: object) -> None:

@@ -20,29 +20,13 @@ from service.questions.events.queries import EventFilter, decode_event, find_eve
 from service.records.runs import CameraRecord, RunRecord
 from service.records.seen import OverlayForm
 from service.records.times import TimePoint, format_media
-from service.store.databases.location import log_files
-from service.store.log import EventLog, open_log
+from service.store.log import EventLog
 from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 
 MICROSECOND = Fraction(1, 1_000_000)
 _SOUGHT_IN = {"crf": "20", "preset": "veryfast", "g": "25", "bf": "0"}
 """A key picture in every second, and none that rests on a later one: players seek to the frame."""
-
-
-def draw_picture(video: Path, log_url: str, out: Path, *, at_us: int, run: str | None = None) -> None:
-    """Write the frame that is shown at a time, with its overlay, as a picture.
-
-    Raises
-    ------
-    LogError, InputError, VisionError
-        If the log holds no camera for the video, no frame is shown at the time, or a file cannot be used.
-    """
-    check_target(out, video, *log_files(log_url))
-    with open_log(log_url) as log:
-        picture = picture_at(log, log.run(run), video, at_us)
-    if not cv2.imwrite(str(out), picture):
-        raise InputError(f"{out}: expected a path that can be written, got a refusal")
 
 
 def picture_at(
@@ -54,7 +38,7 @@ def picture_at(
     overlay: OverlayForm = "symbols",
     width_px: int | None = None,
 ) -> ByteArray:
-    """Give the frame that is shown at a time.
+    """Give the frame that is shown at a time, with its overlay.
 
     Parameters
     ----------
@@ -69,7 +53,7 @@ def picture_at(
     NotInLogError
         If no frame is shown at the time.
     LogError, InputError, VisionError
-        As `draw_picture`.
+        If the log holds no camera for the video, or a file cannot be used.
     """
     source = open_video(video)
     frame = source.frame_at(t_us)
@@ -79,21 +63,6 @@ def picture_at(
     window_us = frame.t_us, frame.t_us + 1
     [(_, picture)] = _drawn(log, run, source, [frame], window_us, overlay=overlay, width_px=width_px)
     return picture
-
-
-def draw_video(
-    video: Path, log_url: str, out: Path, *, from_us: int = 0, to_us: int | None = None, run: str | None = None
-) -> None:
-    """Write the frames of `[from_us, to_us)` with their overlay as H.264, with their own time stamps.
-
-    Raises
-    ------
-    LogError, VisionError, InputError
-        If the log holds no camera for the video, no frame lies in the interval, or a file cannot be used.
-    """
-    check_target(out, video, *log_files(log_url))
-    with open_log(log_url) as log:
-        write_video(log, log.run(run), video, out, (from_us, to_us))
 
 
 def event_window(log: EventLog, event_id: str, pad_us: int) -> tuple[RunRecord, tuple[int, int]]:
@@ -130,7 +99,17 @@ def write_video(
     overlay: OverlayForm = "symbols",
     width_px: int | None = None,
 ) -> None:
-    """Write the frames of a window `[from, to)`; parameters and errors as those of `draw_video` and `picture_at`."""
+    """Write the frames of a window `[from, to)` with their overlay as H.264, with their own time stamps.
+
+    Parameters
+    ----------
+    width_px : of the pictures at most.
+
+    Raises
+    ------
+    LogError, VisionError, InputError
+        If the log holds no camera for the video, no frame lies in the window, or a file cannot be used.
+    """
     source = open_video(video)
     with closing(source.frames(from_us=window_us[0])) as frames:
         drawn = _drawn(log, run, source, frames, window_us, overlay=overlay, width_px=width_px)
@@ -185,14 +164,6 @@ def _narrowed(picture: ByteArray, width_px: int | None) -> ByteArray:
         return picture
     size_px = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), np.uint8)
-
-
-def check_target(out: Path, *used: Path) -> None:
-    """Refuse to write where nothing can be written, or over what is being read."""
-    if any(out.exists() and one.exists() and out.samefile(one) for one in used):
-        raise InputError(f"{out}: expected a new file, got one that is being read")
-    if not out.parent.is_dir() or out.is_dir():
-        raise InputError(f"{out}: expected a file in an existing folder, got another path")
 
 
 def _overlays(

@@ -37,6 +37,7 @@ from service.errors import (
     UnansweredError,
     VersionError,
 )
+from vision.errors import VisionError
 
 MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
@@ -59,6 +60,7 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     ExtraMissingError: (501, "urn:dyknow:problem:extra-missing"),
     ExportError: (409, "urn:dyknow:problem:cannot-export"),
     InputError: (409, "urn:dyknow:problem:unusable-input"),
+    VisionError: (409, "urn:dyknow:problem:unusable-input"),
     TakenError: (409, "urn:dyknow:problem:taken"),
     TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),
     VersionError: (412, "urn:dyknow:problem:other-version"),

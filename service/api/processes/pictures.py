@@ -2,15 +2,15 @@
 
 import mimetypes
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable
+from contextlib import suppress
 from hashlib import sha1
 from pathlib import Path
 
 import msgspec
 
 from service.api.processes.questions import opened
-from service.errors import ExportError, InputError, NotInLogError
+from service.errors import ExportError, NotInLogError
 from service.records.runs import RunRecord
 from service.records.seen import OverlayForm
 
@@ -48,8 +48,7 @@ def picture(
     from service.export.draw_video import picture_at
 
     run = opened(log).run(run_id)
-    with _video_usable():
-        image = picture_at(opened(log), run, video_of(run, folders), t_us, overlay=overlay, width_px=width_px)
+    image = picture_at(opened(log), run, video_of(run, folders), t_us, overlay=overlay, width_px=width_px)
     return cv2.imencode(".jpg", image)[1].tobytes()
 
 
@@ -93,16 +92,5 @@ def clip(
         for old in sorted(kept.iterdir(), key=lambda one: one.stat().st_mtime_ns)[: 1 - MOST_KEPT]:
             old.unlink()
     part = path.with_suffix(f".{os.getpid()}.mp4")
-    with _video_usable():
-        write_video(opened(log), run, video, part, (from_us, to_us), overlay=overlay, width_px=width_px)
+    write_video(opened(log), run, video, part, (from_us, to_us), overlay=overlay, width_px=width_px)
     return part.replace(path)
-
-
-@contextmanager
-def _video_usable() -> Iterator[None]:
-    from vision.errors import VisionError
-
-    try:
-        yield
-    except VisionError as error:
-        raise InputError(str(error)) from error

@@ -16,7 +16,7 @@ from service.cli.options import (
     hinting_at_stream,
     tell_stream,
 )
-from service.cli.printing import check_apart, counted, format_table, print_json, shown_roles, tell
+from service.cli.printing import check_target, counted, format_table, print_json, shown_roles, tell
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -63,7 +63,7 @@ def recognise(
     if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
     if out is not None:
-        check_apart(out, *(log_files(source) if is_log_name(source) else [Path(source)]), *(chronicles or ()))
+        check_target(out, *(log_files(source) if is_log_name(source) else [Path(source)]), *(chronicles or ()))
     is_open = bool(chronicles) and stream is None and not is_log_name(source)
     with hinting_at_stream(is_open=is_open):
         found = recognise_stored(

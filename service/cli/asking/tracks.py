@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli.options import AsJson, From, LogName, RunName, To, read_window
-from service.cli.printing import print_json_list, show, write_blocks
+from service.cli.printing import check_target, print_json_list, show, write_blocks, write_picture
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from service.records.runs import RunRecord
     from service.records.seen import CarState
     from service.store.log import EventLog
-
-
-PICTURES = (".png", ".jpg")
 
 
 def tracks(
@@ -85,18 +82,23 @@ def draw(
 ) -> None:
     """Draw cars, trails and events of a log on its video, or on the frame at --from."""
     from service.errors import InputError
-    from service.export.draw_video import draw_picture, draw_video
+    from service.export.draw_video import picture_at, write_video
+    from service.store.databases.location import log_files
+    from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)
     if from_us is None or (to_us is not None and to_us <= from_us):
         raise InputError(f"--to: expected a time after --from, got {end!r} and {start!r}")
     suffix = out.suffix.lower()
-    if suffix in PICTURES:
-        draw_picture(video, log, out, at_us=from_us, run=run)
-    elif suffix == ".mp4":
-        draw_video(video, log, out, from_us=from_us, to_us=to_us, run=run)
-    else:
+    if suffix not in (".mp4", ".png", ".jpg"):
         raise InputError(f"--out: expected a path ending in .mp4, .png or .jpg, got {str(out)!r}")
+    check_target(out, video, *log_files(log))
+    with open_log(log) as opened:
+        record = opened.run(run)
+        if suffix == ".mp4":
+            write_video(opened, record, video, out, (from_us, to_us))
+        else:
+            write_picture(out, picture_at(opened, record, video, from_us))
     show({"out": str(out), "bytes": out.stat().st_size}, str(out), as_json=as_json)
 
 
@@ -114,7 +116,7 @@ def clip(
 ) -> None:
     """Cut the piece of video of an event, with what the run saw on it."""
     from service.errors import InputError
-    from service.export.draw_video import check_target, event_window, write_video
+    from service.export.draw_video import event_window, write_video
     from service.records.times import parse_media_us
     from service.store.databases.location import log_files
     from service.store.log import open_log

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson
-from service.cli.printing import check_apart, counted, format_table, print_json, show, tell
+from service.cli.printing import check_target, counted, format_table, print_json, show, tell, write_picture
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def try_on_clip(
     """Draw what a network finds in a frame of a clip, and tell how long it looked."""
     import numpy as np
 
-    from service.cli.making.site import frame_of, write_picture
+    from service.cli.making.site import frame_of
     from service.export.drawing import draw_boxes
     from service.runs.inputs.detectors import OnnxChoice, choose_detector, describe
     from vision.networks.box_detector import CLASS_NAMES
@@ -95,7 +95,7 @@ def try_on_clip(
     choice = choose_detector(detector, None, folder=Path())
     if not isinstance(choice, OnnxChoice):
         raise InputError(f"--detector: expected onnx:NAME or onnx:PATH, which looks at one frame; got {detector!r}")
-    check_apart(out, clip, *choice.files)
+    check_target(out, clip, *choice.files)
     frame = frame_of(clip, at)
     opened = choice.open((frame.luma.shape[1], frame.luma.shape[0]))
     tell("warning", opened.warnings)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.options import AsJson
-from service.cli.printing import check_apart, print_json, show, tell
+from service.cli.printing import check_target, print_json, show, tell, write_picture
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def new(
         raise typer.BadParameter("expected --points FILE, or --still PNG alone to read pixels from; got neither")
     picture = frame_of(clip, at).to_bgr()
     for target in (one for one in (still, out if points else None) if one is not None):
-        check_apart(target, clip, points, lanes)
+        check_target(target, clip, points, lanes)
         if target.exists() and not force:
             raise InputError(f"{target}: expected a new file, or --force to write over it; got one that is there")
     if still is not None:
@@ -106,7 +106,7 @@ def check(
     source = image or clip
     if source is None or (image and clip):
         raise typer.BadParameter("expected one of --image and --clip")
-    check_apart(out, source, site)
+    check_target(out, source, site)
     known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
@@ -161,19 +161,3 @@ def read_picture(path: Path) -> "ByteArray":
     if picture is None:
         raise InputError(f"{path}: expected a picture that OpenCV can read, got another file or none")
     return np.asarray(picture, np.uint8)
-
-
-def write_picture(path: Path, picture: "ByteArray") -> None:
-    """Write a picture.
-
-    Raises
-    ------
-    InputError
-        If the name is not that of a picture, or there is no such folder.
-    """
-    import cv2
-
-    if path.suffix.lower() not in (".png", ".jpg") or not path.parent.is_dir():
-        raise InputError(f"{path}: expected a path ending in .png or .jpg, in a folder that is there")
-    if not cv2.imwrite(str(path), picture):
-        raise InputError(f"{path}: expected a path that can be written, got a refusal")

@@ -5,8 +5,6 @@ from pathlib import Path
 import pytest
 
 from service.cli.app import run
-from service.errors import InputError
-from service.export.draw_video import draw_picture
 
 
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -14,16 +12,17 @@ def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.strip()
 
 
-def test_drawing_over_the_video_itself_is_refused(tmp_path: Path) -> None:
+def test_drawing_over_the_video_itself_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     video = tmp_path / "video.mp4"
     video.write_bytes(b"x")
-    with pytest.raises(InputError, match="expected a new file, got one that is being read"):
-        draw_picture(video, str(tmp_path / "log.db"), video, at_us=0)
+    assert run(["draw", str(video), str(tmp_path / "log.db"), "--out", str(video)]) == 3
+    assert "expected a new file, got one that is being read" in capsys.readouterr().err
 
 
-def test_drawing_into_a_missing_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="expected a file in an existing folder"):
-        draw_picture(tmp_path / "video.mp4", str(tmp_path / "log.db"), tmp_path / "none" / "x.png", at_us=0)
+def test_drawing_into_a_missing_folder_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "none" / "x.png"
+    assert run(["draw", str(tmp_path / "video.mp4"), str(tmp_path / "log.db"), "--out", str(out)]) == 3
+    assert "expected a file in an existing folder" in capsys.readouterr().err
 
 
 def test_scene_in_place_of_a_file_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

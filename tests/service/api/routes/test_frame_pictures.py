@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.export.draw_video import draw_picture, draw_video
+from service.cli import app
 from service.records.runs import InputFile
 from service.store.log import open_log
 from tests.service.http import Client
@@ -69,12 +69,13 @@ def test_the_picture_is_the_frame_that_a_player_shows(client: Client, folder: Pa
 
 def test_the_overlay_is_what_is_drawn_on_a_video(client: Client, folder: Path) -> None:
     out = folder / "drawn.png"
-    draw_picture(folder / "video.mp4", str(folder / "log.db"), out, at_us=2 * SECOND_US, run="r1")
+    draw = "draw", str(folder / "video.mp4"), str(folder / "log.db"), "--from", "2s", "--run", "r1", "--out"
+    assert app.run([*draw, str(out)]) == 0
     drawn, sent = cv2.imread(str(out)), picture(client, f"t_us={2 * SECOND_US}")
     assert drawn is not None
     assert np.abs(drawn.astype(int) - sent).mean() < 3
     assert len(coloured(sent)) > 20
-    draw_video(folder / "video.mp4", str(folder / "log.db"), folder / "drawn.mp4", from_us=2 * SECOND_US, run="r1")
+    assert app.run([*draw, str(folder / "drawn.mp4")]) == 0
     first = next(iter(open_video(folder / "drawn.mp4"))).to_bgr()
     assert np.abs(first.astype(int) - drawn).mean() < 6
 

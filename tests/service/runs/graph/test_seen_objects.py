@@ -8,7 +8,7 @@ import pytest
 from chronicles import load
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.sample import Sample
-from service.export.draw_video import draw_picture
+from service.export.draw_video import picture_at
 from service.records.seen import SeenObject, ViewRecord
 from service.runs.graph.recording import Recorder
 from service.store.log import EventLog, open_log
@@ -107,9 +107,7 @@ def test_moving_view_is_drawn_where_it_was(tmp_path: Path) -> None:
 
 def drawn_columns(folder: Path, at_us: int) -> float | None:
     """Return the first coloured column of the drawn frame; grey is the video, white a caption."""
-    import cv2
-
-    draw_picture(folder / "video.mp4", str(folder / "log.db"), folder / "frame.png", at_us=at_us)
-    picture = cv2.imread(str(folder / "frame.png")).astype(int)
+    with open_log(str(folder / "log.db")) as log:
+        picture = picture_at(log, log.run(None), folder / "video.mp4", at_us).astype(int)
     columns = np.flatnonzero((picture.max(axis=-1) - picture.min(axis=-1) > 60).any(axis=0))
     return float(columns[0]) if len(columns) else None

@@ -4,12 +4,11 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-import cv2
 import numpy as np
 import pytest
 
 from service.cli.app import run
-from service.export.draw_video import draw_picture
+from service.export.draw_video import picture_at
 from service.records.runs import CameraRecord, InputFile, RunRecord
 from service.runs.inputs.input_kind import content_digest
 from service.runs.processing import RunRequest, process
@@ -128,8 +127,5 @@ def test_a_late_first_time_stamp_moves_no_overlay(tmp_path: Path) -> None:
 
 
 def _drawn(video: Path, url: str, at_us: int) -> np.ndarray:
-    out = video.with_suffix(".png")
-    draw_picture(video, url, out, at_us=at_us)
-    picture = cv2.imread(str(out))
-    assert picture is not None
-    return picture
+    with open_log(url) as log:
+        return picture_at(log, log.run(None), video, at_us)
