@@ -89,24 +89,23 @@ def show(record: object, text: str, *, as_json: bool) -> None:
         print(text.removesuffix("\n"))
 
 
-def print_json_list(name: str, items: Iterable[str], **rest: object) -> int:
-    """Print one JSON object with a list of JSON texts, one by one, and other fields before it; return how many.
+def print_json_list(name: str, items: Iterable[str], **rest: object) -> None:
+    """Print one JSON object with a list of JSON texts, one by one, and other fields before it.
 
     Examples
     --------
     >>> print_json_list("cars", ['{"id":1}', '{"id":2}'], run="r1")
     {"run":"r1","cars":[{"id":1},{"id":2}]}
-    2
     """
     import msgspec
 
     fields = [f'"{key}":{msgspec.json.encode(value).decode()},' for key, value in rest.items()]
     sys.stdout.write(f'{{{"".join(fields)}"{name}":[')
-    count = 0
-    for count, item in enumerate(items, start=1):
-        sys.stdout.write(f",{item}" if count > 1 else item)
+    before = ""
+    for item in items:
+        sys.stdout.write(before + item)
+        before = ","
     sys.stdout.write("]}\n")
-    return count
 
 
 def write_blocks(blocks: Iterable[str] | Iterable[bytes]) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from itertools import chain
 from operator import attrgetter
-from typing import Literal, TextIO
+from typing import Literal
 
 import msgspec
 
@@ -46,31 +46,23 @@ class _Line(EventRecord, frozen=True, kw_only=True):
     sub_events: msgspec.Raw  # type: ignore[assignment]
 
 
-def write_events_jsonl(texts: Iterable[str], out: TextIO) -> int:
-    """Write events, given as JSON text, one a line; return how many."""
-    count = 0
-    for text in texts:
-        out.write(f"{text}\n")
-        count += 1
-    return count
+def events_jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:
+    """Write events, given as JSON text, one a line, a page at once."""
+    return ("".join(f"{text}\n" for text in page) for page in pages)
 
 
-def write_events_csv(texts: Iterable[str], role_names: Sequence[str], out: TextIO, *, with_header: bool = True) -> int:
-    """Write events, given as JSON text, as CSV; return how many.
+def events_csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[str]:
+    """Write events, given as JSON text, as CSV, first the titles and then a page at once.
 
     Parameters
     ----------
     role_names : the roles that get a column; a role that an event lacks stays empty.
-    out : a text file opened with `newline=""`.
     """
-    table = csv.writer(out, lineterminator="\n")
-    if with_header:
-        table.writerow([*COLUMNS, *(ROLE_PREFIX + name for name in role_names)])
-    count = 0
-    for row in _rows(texts, role_names):
-        table.writerow(row)
-        count += 1
-    return count
+    titles = (*COLUMNS, *(ROLE_PREFIX + name for name in role_names))
+    for rows in chain([[titles]], (_rows(page, role_names) for page in pages)):
+        out = io.StringIO(newline="")
+        csv.writer(out, lineterminator="\n").writerows(rows)
+        yield out.getvalue()
 
 
 def _rows(texts: Iterable[str], role_names: Sequence[str]) -> Iterator[tuple[object, ...]]:
@@ -101,9 +93,9 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
     pages = iterate_pages(log, wanted)
     match form:
         case "jsonl":
-            return _jsonl(pages)
+            return events_jsonl(pages)
         case "csv" | "parquet":
-            return (_csv if form == "csv" else _parquet)(pages, find_role_names(log, wanted))
+            return (events_csv if form == "csv" else _parquet)(pages, find_role_names(log, wanted))
         case "vtt":
             return _vtt(pages, {run.id: run.file.first_pts_us or 0 for run in log.runs() if run.file})
         case "geojson":
@@ -112,17 +104,6 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
             return event_features(pages, {run.id: frame_of(run) for run in log.runs()})
         case "ocel":
             return ocel(pages, lambda run: {one.car: one.car_class for one in log.cars(run)})
-
-
-def _jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:
-    return ("".join(f"{text}\n" for text in page) for page in pages)
-
-
-def _csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[str]:
-    for number, page in enumerate(pages):
-        out = io.StringIO(newline="")
-        write_events_csv(page, role_names, out, with_header=number == 0)
-        yield out.getvalue()
 
 
 def _parquet(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[bytes]:

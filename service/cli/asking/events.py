@@ -1,8 +1,10 @@
 """`dyknow events`: which events are in a log?"""
 
+import heapq
 import sys
 from contextlib import ExitStack
 from enum import StrEnum
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from service.store.log import EventLog
 
 TABLE_LIMIT = 100
+AT_ONCE = 1_000  # events that are written
 TITLES = ("start", "end", "type", "roles", "road", "status", "sure", "source", "id")
 
 # The words are those of `service.questions.events.queries`, which loads more than help needs.
@@ -86,8 +89,8 @@ def events(
         min_confidence=min_confidence,
         order=order,
     )
-    count = _print_events([*(logs or ()), *(more_logs or ())], wanted, "json" if as_json else output, limit)
-    if fail_empty and count == 0:
+    is_empty = _print_events([*(logs or ()), *(more_logs or ())], wanted, "json" if as_json else output, limit)
+    if fail_empty and is_empty:
         print("nothing found", file=sys.stderr)
         raise typer.Exit(NOTHING_FOUND)
 
@@ -98,43 +101,41 @@ def _time(text: str | None, parameter: str) -> "TimePoint | None":
     return None if text is None else parse_time(text, parameter=parameter)
 
 
-def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> int:
-    """Print the events of some logs; return how many."""
-    from service.export.events import exported, write_events_csv, write_events_jsonl
+def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFormat, limit: int | None) -> bool:
+    """Print the events of some logs; tell whether there are none."""
+    from service.export.events import events_csv, events_jsonl, exported
     from service.questions.events.notes import name_notes, run_notes
     from service.questions.events.queries import find_role_names
-    from service.questions.events.summaries import count_events
     from service.store.log import open_log
 
     if not urls:
         raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")
     with ExitStack() as stack:
         logs = [stack.enter_context(open_log(url)) for url in urls]
-        texts = merged_events(logs, wanted, limit=limit)
+        shown = limit or TABLE_LIMIT
+        found = _merged(logs, wanted, limit=shown + 1 if output == "table" else limit)
+        first = next(found, None)
+        texts = found if first is None else chain((first,), found)
+        pages = iter(lambda: list(islice(texts, AT_ONCE)), [])
         runs_told = tuple(run_notes(logs, wanted))
         if output == "table":
-            count = _print_table(logs, wanted, limit or TABLE_LIMIT)
+            _print_table(texts, shown)
         elif output == "jsonl":
-            count = write_events_jsonl(texts, sys.stdout)
+            write_blocks(events_jsonl(pages))
         elif output == "json":
-            count = print_json_list("items", texts, notes=runs_told)
+            print_json_list("items", texts, notes=runs_told)
         elif output == "csv":
-            role_names = sorted({name for log in logs for name in find_role_names(log, wanted)})
-            count = write_events_csv(texts, role_names, sys.stdout)
+            write_blocks(events_csv(pages, sorted({name for log in logs for name in find_role_names(log, wanted)})))
         else:
             if len(logs) > 1 or limit is not None:
                 raise typer.BadParameter(f"{output}: expected one log, and no --limit", param_hint="--format")
             write_blocks(exported(logs[0], wanted, output))
-            count = count_events(logs[0], wanted)
-        tell("note", (*runs_told, *(() if count else name_notes(logs, wanted))))
-        return count
+        tell("note", (*runs_told, *(name_notes(logs, wanted) if first is None else ())))
+        return first is None
 
 
-def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":
+def _merged(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: int | None) -> "Iterator[str]":
     """Stream the events of several logs in one order, as JSON text."""
-    import heapq
-    from itertools import islice
-
     from service.questions.events.queries import decode_event, iterate_events
 
     streams = [iterate_events(log, wanted, limit=limit) for log in logs]
@@ -145,14 +146,12 @@ def merged_events(logs: "Sequence[EventLog]", wanted: "EventFilter", *, limit: i
     return islice(merged, limit)
 
 
-def _print_table(logs: "Sequence[EventLog]", wanted: "EventFilter", limit: int) -> int:
+def _print_table(texts: "Iterator[str]", limit: int) -> None:
     from service.questions.events.queries import decode_event
 
-    found = [decode_event(text) for text in merged_events(logs, wanted, limit=limit + 1)]
-    print(format_table(TITLES, [cells(event) for event in found[:limit]]), end="")
-    if len(found) > limit:
+    print(format_table(TITLES, [cells(decode_event(text)) for text in islice(texts, limit)]), end="")
+    if next(texts, None) is not None:
         print(f"the first {limit} of more; --limit N shows others, --format jsonl all", file=sys.stderr)
-    return len(found)
 
 
 def cells(event: "EventRecord") -> list[str]:

@@ -13,9 +13,9 @@ import pytest
 from service.api.app import create_app
 from service.cli.app import run as run_cli
 from service.export import parquet as writing
-from service.export.events import exported, write_events_csv
+from service.export.events import exported
 from service.export.tracks import tracks_parquet
-from service.questions.events.queries import EventFilter, find_role_names, iterate_events
+from service.questions.events.queries import EventFilter
 from service.store.log import open_log
 from tests.service.http import Client
 from tests.service.logs import event_of_row, overtake, random_drafts, read_all, state, write_log
@@ -35,10 +35,9 @@ def file_of(url: str, **filters: object) -> pq.ParquetFile:
 
 def test_events_are_those_of_csv_with_types(url: str) -> None:
     found = file_of(url).read()
-    out = io.StringIO(newline="")
     with open_log(url) as log:
-        write_events_csv(iterate_events(log, EventFilter()), find_role_names(log, EventFilter()), out)
-    as_csv = list(csv.DictReader(io.StringIO(out.getvalue(), newline="")))
+        text = "".join(map(str, exported(log, EventFilter(), "csv")))
+    as_csv = list(csv.DictReader(io.StringIO(text, newline="")))
     as_text = [{key: "" if one is None else str(one) for key, one in row.items()} for row in found.to_pylist()]
     assert as_text == as_csv
     assert [event_of_row(row) for row in as_text] == read_all(url)
