@@ -14,7 +14,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
 
 from service.api.access.admission import Admission
-from service.api.access.login import add_login
+from service.api.access.callers import add_login
 from service.api.access.settings import Access
 from service.api.delivery.event_stream import EventStream
 from service.api.description import add_docs, describe_bodies

@@ -18,10 +18,10 @@ import typer
 from service.cli import texts
 from service.cli.asking import evaluate, events, explain, log, objects, recognise, streams, tracks
 from service.cli.making import demo, detector, generate, jobs, process, site, watch
-from service.cli.operating import config, doctor, serve, tokens
+from service.cli.operating import doctor, serve, tokens
 from service.cli.operating.webhooks import list_webhooks, retry_webhook
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
-from service.cli.settings import take_settings
+from service.cli.settings import show_config, take_settings
 from service.errors import QueryError, RunBusyError
 from service.runs.machine import look_seldom
 
@@ -53,7 +53,7 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "token make": (tokens.make, "scene.db office --scope read --expires 90d"),
     "token list": (tokens.list_all, "scene.db"),
     "token revoke": (tokens.revoke, "scene.db office"),
-    "config show": (config.show_config, "serve --origin"),
+    "config show": (show_config, "serve --origin"),
     "jobs list": (jobs.list_jobs, "scene.db"),
     "jobs cancel": (jobs.cancel, "scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (jobs.retry, "scene.db 6b1e64c1a2d0f3b7"),

@@ -11,13 +11,16 @@ import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any  # values of options, and typer's own copy of click, whose types it does not show
+from typing import Annotated, Any  # Any: values of options, and typer's own copy of click, whose types it does not show
 
 import typer
 
+from service.cli.options import AsJson
+from service.cli.printing import format_table, show
 from service.errors import InputError
 
 USUAL_FILE = Path("dyknow.toml")
+TITLES = ("name", "value", "from")
 _PLACES = {"ENVIRONMENT": "environment", "DEFAULT_MAP": "file", "DEFAULT": "default"}
 
 
@@ -77,6 +80,22 @@ def values_of(root: Any, name: str) -> Iterator[tuple[str, object, str]]:
                 where = parameter.envvar if place == "environment" else f"{path}: [{name.replace(' ', '.')}] {setting}"
                 raise InputError(f"{where}: expected what {parameter.opts[0]} takes, got {value!r}: {error}") from error
         yield setting, value, place
+
+
+def show_config(
+    context: typer.Context,
+    command: Annotated[list[str] | None, typer.Argument(metavar="[COMMAND]", help="Whose. Default: serve.")] = None,
+    origin: Annotated[bool, typer.Option("--origin", help="Also say where each value comes from.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """List the settings of a command: what its options are where the command line does not give them."""
+    from service.store.databases.location import shown
+
+    name, columns = " ".join(command or ["serve"]), 3 if origin else 2
+    values = values_of(context.find_root(), name)
+    found = [(one, None if value is None else shown(str(value)), place) for one, value, place in values]
+    table = format_table(TITLES[:columns], [[cell or "" for cell in row[:columns]] for row in found])
+    show({"command": name, "settings": [dict(zip(TITLES, row, strict=True)) for row in found]}, table, as_json=as_json)
 
 
 def _contexts(parent: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Who is asking? The token of a request, looked up among those of the log.
+"""Who is asking? The token of a request, looked up among those of the log; a page has it in a cookie.
 
 Tokens are kept in memory, and read again when one is unknown or a second has passed: no request waits for the threads
 that answer questions, and one that is revoked ends within a second.
@@ -10,9 +10,11 @@ from contextlib import suppress
 from http import HTTPStatus
 
 from anyio import CapacityLimiter, to_thread
+from fastapi import APIRouter, Request
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.responses import Response
 
+from service.api.messages.answers import problems
 from service.errors import LogError
 from service.store.entries import Token
 from service.store.log import EventLog
@@ -100,3 +102,24 @@ def bearer(request: Request) -> str:
 def unknown(detail: str) -> HTTPException:
     """Refuse who is not known."""
     return HTTPException(HTTPStatus.UNAUTHORIZED, detail, {"WWW-Authenticate": 'Bearer realm="dyknow"'})
+
+
+def add_login(router: APIRouter) -> None:
+    """Add the routes that turn a token into a cookie, for pages, which cannot send headers everywhere, and back."""
+
+    @router.post("/login", status_code=204, responses=problems(401))
+    async def login(request: Request) -> Response:
+        """Turn the token of `Authorization: Bearer` into a cookie that is as good."""
+        secret = bearer(request)
+        if not secret:  # one that is no good was refused on the way here
+            raise unknown("login: expected 'Authorization: Bearer TOKEN', got none")
+        response = Response(status_code=204)
+        response.set_cookie(COOKIE, secret, secure=request.url.scheme == "https", httponly=True, samesite="strict")
+        return response
+
+    @router.post("/logout", status_code=204, responses=problems())
+    async def logout() -> Response:
+        """Forget the cookie; the token stays good."""
+        response = Response(status_code=204)
+        response.delete_cookie(COOKIE, httponly=True, samesite="strict")
+        return response
