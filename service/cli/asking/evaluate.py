@@ -9,12 +9,12 @@ import typer
 
 from service.cli.options import AsJson, RunName
 from service.cli.printing import BELOW_THRESHOLD, format_table, show, tell
+from service.errors import TruthError
 
 if TYPE_CHECKING:
     from service.questions.scoring.detection import DetectionScore
     from service.questions.scoring.evaluate import Evaluation
     from service.questions.scoring.evaluate_log import LostViews
-    from service.questions.scoring.scene_scores import SceneScore
     from service.questions.scoring.tracks import TrackScore
 
 DETECTION, TRACKS, EVENTS = "detection", "tracks", "events"
@@ -46,18 +46,19 @@ def evaluate(
     if min_f1 is not None and EVENTS not in parts:
         raise typer.BadParameter(f"expected {EVENTS} among --what, got {','.join(parts)}", param_hint="--min-f1")
     scene = _truth_folder(folder, truth)
-    evaluation = None
+    found, evaluation = _scene_parts(log, tracks, scene, run, parts), None
     if log is not None and EVENTS in parts:
         evaluation = evaluate_log(log, scene, event_type=event_type, run=run)
-    scores = _score_scene(log, tracks, scene, run) if {DETECTION, TRACKS} & set(parts) else None
-    lost = None
+        found[EVENTS] = evaluation.as_record(), describe(evaluation)
+    record = {part: one for part, (one, _) in found.items()}
+    if evaluation is not None and what is None:  # their figures stand at the top where no part was asked for by name
+        record = evaluation.as_record()
+    texts = [text.rstrip("\n") for _, text in found.values()]
     if log is not None:
         tell("warning", scene_doubts(log, scene, run=run))
-        lost = find_lost_views(log, run=run)
-    record, texts = _record(parts, evaluation, scores, is_flat=what is None), _texts(parts, evaluation, scores)
-    if lost is not None:
-        record |= {"lost_view": lost.as_record()}
-        texts.append(describe_lost_views(lost))
+        if lost := find_lost_views(log, run=run):
+            record |= {"lost_view": lost.as_record()}
+            texts.append(describe_lost_views(lost))
     show(record, "\n\n".join(texts), as_json=as_json)
     if min_f1 is not None and evaluation is not None:
         _hold_to(evaluation, min_f1)
@@ -65,8 +66,6 @@ def evaluate(
 
 def _hold_to(evaluation: "Evaluation", min_f1: float) -> None:
     """Leave with an error if the events are not good enough, or nobody can say how good they are."""
-    from service.errors import TruthError
-
     if not evaluation.has_truth:
         raise TruthError(f"--min-f1: expected a type that the truth tells of, got {evaluation.type!r}")
     f1 = evaluation.f1  # None: nothing to find and nothing claimed
@@ -103,34 +102,21 @@ def _parts(what: str | None, *, has_log: bool) -> tuple[str, ...]:
     return tuple(part for part in PARTS if part in names)
 
 
-def _score_scene(log: str | None, tracks: Path | None, scene: Path, run: str | None) -> "SceneScore":
+def _scene_parts(
+    log: str | None, tracks: Path | None, scene: Path, run: str | None, parts: Sequence[str]
+) -> dict[str, tuple[object, str]]:
+    """Score what was seen and followed: the record and the table of each part that was asked for."""
     from service.questions.scoring.scene_scores import compare_log, compare_tracks, score_scenes
 
+    if not {DETECTION, TRACKS} & set(parts):
+        return {}
     if tracks is not None:
-        return score_scenes(compare_tracks(tracks, scene))
-    assert log is not None
-    return score_scenes(compare_log(log, scene, run=run))
-
-
-def _record(
-    parts: Sequence[str], evaluation: "Evaluation | None", scores: "SceneScore | None", *, is_flat: bool
-) -> dict[str, object]:
-    """Give the figures by part; those of events alone stand at the top where no part was asked for by name."""
-    record = {} if scores is None else {part: one for part, one in scores.as_record().items() if part in parts}
-    if evaluation is None:
-        return record
-    return evaluation.as_record() if is_flat else record | {EVENTS: evaluation.as_record()}
-
-
-def _texts(parts: Sequence[str], evaluation: "Evaluation | None", scores: "SceneScore | None") -> list[str]:
-    texts = []
-    if scores is not None and DETECTION in parts:
-        texts.append(detection_table(scores.detection, scores.seen_by).rstrip("\n"))
-    if scores is not None and TRACKS in parts:
-        texts.append(tracks_table(scores.tracks).rstrip("\n"))
-    if evaluation is not None:
-        texts.append(describe(evaluation))
-    return texts
+        scores = score_scenes(compare_tracks(tracks, scene))
+    else:
+        assert log is not None
+        scores = score_scenes(compare_log(log, scene, run=run))
+    tables = {DETECTION: detection_table(scores.detection, scores.seen_by), TRACKS: tracks_table(scores.tracks)}
+    return {part: (one, tables[part]) for part, one in scores.as_record().items() if part in parts}
 
 
 def describe(evaluation: "Evaluation") -> str:

@@ -8,6 +8,7 @@ import typer
 
 from service.cli.options import AsJson, From, LogName, RunName, To, read_window
 from service.cli.printing import check_target, print_json_list, show, write_blocks, write_picture
+from service.errors import ExportError, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -52,7 +53,6 @@ def tracks(
 
 
 def _print_mot(log: "EventLog", run: "RunRecord", states: "Iterable[CarState]") -> None:
-    from service.errors import ExportError
     from service.export.tracks import write_tracks_mot
 
     if run.camera is None:
@@ -81,7 +81,6 @@ def draw(
     as_json: AsJson = False,
 ) -> None:
     """Draw cars, trails and events of a log on its video, or on the frame at --from."""
-    from service.errors import InputError
     from service.export.draw_video import picture_at, write_video
     from service.store.databases.location import log_files
     from service.store.log import open_log
@@ -115,7 +114,6 @@ def clip(
     as_json: AsJson = False,
 ) -> None:
     """Cut the piece of video of an event, with what the run saw on it."""
-    from service.errors import InputError
     from service.export.draw_video import event_window, write_video
     from service.records.times import parse_media_us
     from service.store.databases.location import log_files

@@ -78,13 +78,10 @@ def _size(text: str) -> tuple[int, int]:
 @contextmanager
 def drawing_bar(title: str) -> Iterator[Callable[[int, int], None]]:
     """Show how many frames are drawn, on a terminal only; yields the callback."""
-    if not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True)) as bar:
+    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -41,11 +41,9 @@ def new(
         write_picture(still, picture)
     if points is not None:
         _write_site(clip, points, lanes, out, (picture.shape[1], picture.shape[0]), as_json=as_json)
-    elif as_json:
-        print_json({"still": str(still)})
     else:
-        print(f"{still}: note pixels and places of 8 or more marks as u_px,v_px,x_m,y_m; then")
-        print(f"    dyknow site new {clip} --points points.csv")
+        told = f"{still}: note pixels and places of 8 or more marks as u_px,v_px,x_m,y_m; then"
+        show({"still": str(still)}, f"{told}\n    dyknow site new {clip} --points points.csv", as_json=as_json)
 
 
 def _write_site(

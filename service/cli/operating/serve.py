@@ -12,6 +12,7 @@ import typer
 from service.cli.making.jobs import LiveSources, tell_line
 from service.cli.options import LogName
 from service.cli.printing import tell
+from service.errors import InputError, LogError, ServiceError
 
 PORT = 8420
 BACKLOG = 128
@@ -54,7 +55,6 @@ def serve(
     from service.api.app import Server, create_app
     from service.api.delivery.webhooks import delivering, load_webhooks
     from service.api.source_files import SourceFolders
-    from service.errors import InputError, LogError
     from service.runs.jobs.supervision import kept_working
     from service.store.databases.location import database_of, shown
     from service.store.entries import JobKind
@@ -98,7 +98,6 @@ def check_tokens(log: str, host: str) -> None:
     ServiceError
         If it has no token that is valid.
     """
-    from service.errors import ServiceError
     from service.store.databases.location import shown
     from service.store.log import open_log
     from service.store.registers.access import list_tokens
@@ -119,8 +118,6 @@ def listen(host: str, port: int) -> socket.socket:
     ServiceError
         If the address is unknown, taken, or not ours to listen on.
     """
-    from service.errors import ServiceError
-
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         # The protocol is named because asyncio switches off Nagle's algorithm only on sockets that are plainly TCP;
