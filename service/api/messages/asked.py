@@ -52,7 +52,7 @@ class Paged(NoParameters):
 class OfRun(NoParameters):
     """Which run is asked about."""
 
-    run: str | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
+    run: Text | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
 
 
 class InWindow(OfRun):
@@ -112,7 +112,6 @@ class Awaited(_OfRoles):
 class TextWindow(InWindow):
     """Where chronicle texts are tried."""
 
-    run: Text | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
     limit: int = Field(DEFAULT_NEAR_MISSES, ge=1, le=MAX_NEAR_MISSES, description="Near misses of each chronicle.")
 
     def question(self) -> AbsenceQuestion:
@@ -135,11 +134,10 @@ class DifferenceOrder(TextWindow):
     after: Text
 
 
-class MonitorOrder(BaseModel, extra="forbid"):
+class MonitorOrder(OfRun):
     """Monitors to try."""
 
     text: Text
-    run: Text | None = Field(None, description="Identifier of a run; may be left out if the log holds one.")
 
 
 class SourceOrder(BaseModel, extra="forbid"):

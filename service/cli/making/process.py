@@ -10,19 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli import options
 from service.cli.making.jobs import add_jobs
-from service.cli.making.many import expanded, site_beside
-from service.cli.options import (
-    ChroniclesToRun,
-    Final,
-    KplFile,
-    LinkageFile,
-    MinConfidence,
-    MonitorsToRun,
-    Rate,
-    SiteOfInput,
-    VisionWorkers,
-)
+from service.cli.making.many import expanded, jobs_of, process_many, repeated_options, site_beside
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
 if TYPE_CHECKING:
@@ -49,11 +39,11 @@ def process(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Inputs processed at once, with --logs. Default: a core each.")
     ] = None,
-    site: SiteOfInput = None,
-    chronicles: ChroniclesToRun = None,
-    monitors: MonitorsToRun = None,
-    kpl: KplFile = None,
-    linkage: LinkageFile = None,
+    site: options.SiteOfInput = None,
+    chronicles: options.ChroniclesToRun = None,
+    monitors: options.MonitorsToRun = None,
+    kpl: options.KplFile = None,
+    linkage: options.LinkageFile = None,
     columns: Annotated[str | None, typer.Option(help="Column map for rows: t_s=t,x_m=x,y_m=y,...")] = None,
     detector: Annotated[
         str | None, typer.Option(help="auto, motion, motion:thermal, motion:both, onnx:NAME, onnx:PATH or file:PATH.")
@@ -61,16 +51,16 @@ def process(
     detections: Annotated[
         Path | None, typer.Option(help="File of detections (.txt, .csv), for a video or, without INPUT, alone.")
     ] = None,
-    rate: Rate = None,
+    rate: options.Rate = None,
     start_utc: Annotated[str | None, typer.Option(help="When the input starts: 2026-05-01T08:00:00Z.")] = None,
-    final: Final = False,
-    min_confidence: MinConfidence = None,
+    final: options.Final = False,
+    min_confidence: options.MinConfidence = None,
     queue: Annotated[
         bool,
         typer.Option("--queue", help="Only add it, or several, to the jobs of the log, which workers process."),
     ] = False,
     again: Annotated[bool, typer.Option("--again", help="Process a run that is finished in the log again.")] = False,
-    workers: VisionWorkers = "auto",
+    workers: options.VisionWorkers = "auto",
     as_json: Annotated[
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
@@ -141,7 +131,6 @@ def _process_many(
     workers: str,
 ) -> int:
     """Process every input by this command, with its other options, in a process of its own."""
-    from service.cli.making.many import jobs_of, process_many, repeated_options
     from service.runs.machine import cores
 
     if logs is None or log is not None:
@@ -156,9 +145,9 @@ def _process_many(
     at_once = min(jobs or cores(), len(todo))
     # A core that has an input of its own is not free for another process.
     workers = "0" if workers == "auto" and at_once >= cores() else workers
-    options = repeated_options(context, "log", "logs", "jobs", "site", "workers", "as_json")
+    given = repeated_options(context, "log", "logs", "jobs", "site", "workers", "as_json")
     as_json = bool(context.params["as_json"])
-    return process_many(todo, [*options, "--workers", workers], site=site, at_once=at_once, as_json=as_json)
+    return process_many(todo, [*given, "--workers", workers], site=site, at_once=at_once, as_json=as_json)
 
 
 def chosen_input(inputs: list[Path], detector: str | None, detections: Path | None) -> tuple[Path, str | None]:

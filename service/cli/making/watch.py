@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli import options
 from service.cli.making.jobs import add_jobs, tell_line
 from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
-from service.cli.options import (
-    ChroniclesToRun,
-    Final,
-    KplFile,
-    LinkageFile,
-    MinConfidence,
-    MonitorsToRun,
-    Rate,
-    SiteOfInput,
-    VisionWorkers,
-)
 
 if TYPE_CHECKING:
     from service.runs.processing import RunSummary
@@ -43,16 +33,16 @@ def watch(
     keep_gb: Annotated[
         float, typer.Option(min=0.01, help="Where there are more gigabytes of them, the oldest go.")
     ] = 50.0,
-    site: SiteOfInput = None,
-    chronicles: ChroniclesToRun = None,
-    monitors: MonitorsToRun = None,
-    kpl: KplFile = None,
-    linkage: LinkageFile = None,
+    site: options.SiteOfInput = None,
+    chronicles: options.ChroniclesToRun = None,
+    monitors: options.MonitorsToRun = None,
+    kpl: options.KplFile = None,
+    linkage: options.LinkageFile = None,
     detector: Annotated[str | None, typer.Option(help="auto, motion, onnx:NAME or onnx:PATH.")] = None,
-    rate: Rate = None,
-    final: Final = False,
-    min_confidence: MinConfidence = None,
-    workers: VisionWorkers = "auto",
+    rate: options.Rate = None,
+    final: options.Final = False,
+    min_confidence: options.MinConfidence = None,
+    workers: options.VisionWorkers = "auto",
     queue: Annotated[
         bool, typer.Option("--queue", help="Add it to the jobs of the log, for `dyknow worker --live`.")
     ] = False,
