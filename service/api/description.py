@@ -12,7 +12,7 @@ from starlette.staticfiles import StaticFiles
 
 from chronicles.explanation.json_form import schema as explanation_schema
 from service.api.access.callers import COOKIE
-from service.api.messages.answers import EXPLANATION, FINDINGS, REFERENCE, JsonObject
+from service.api.messages.answers import EXPLANATION, REFERENCE, JsonObject
 from service.api.messages.bodies import Problem
 from service.questions.observations.coverage import LookedAt
 
@@ -20,35 +20,6 @@ _FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, wh
 _SECURITY = {
     "token": {"type": "http", "scheme": "bearer"},
     "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE},
-}
-
-_POSITION = {"type": "object", "properties": {"line": {"type": "integer"}, "character": {"type": "integer"}}}
-_RANGE = {"type": "object", "properties": {"start": _POSITION, "end": _POSITION}}
-_FINDINGS_SCHEMA: JsonObject = {
-    "type": "object",
-    "description": "Errors and warnings of a chronicle text; ranges as in the Language Server Protocol.",
-    "required": ["findings"],
-    "properties": {
-        "findings": {
-            "type": "array",
-            "items": {
-                "type": "object",
-                "properties": {
-                    "code": {"type": "string"},
-                    "severity": {"enum": ["error", "warning"]},
-                    "message": {"type": "string"},
-                    "file": {"type": "string"},
-                    "range": _RANGE,
-                    "hint": {"type": "string"},
-                    "edit": {
-                        "type": ["object", "null"],
-                        "properties": {"range": _RANGE, "newText": {"type": "string"}},
-                    },
-                    "related": {"type": "array", "items": {"type": "object"}},
-                },
-            },
-        }
-    },
 }
 
 # It may load from this server and ask it, and nobody else; Swagger UI draws its icons from data addresses.
@@ -71,7 +42,7 @@ def describe_bodies(app: FastAPI) -> None:
             explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
             looked_at = {"type": "array", "items": msgspec.json.schema(LookedAt)["$defs"][LookedAt.__name__]}
             explanation["$defs"]["why_not"]["properties"]["looked_at"] = looked_at  # which the server adds
-            components |= {EXPLANATION: explanation, FINDINGS: _FINDINGS_SCHEMA}
+            components[EXPLANATION] = explanation
             document["components"] = {"schemas": {**own, **components}}
             document["components"]["securitySchemes"] = _SECURITY
             document["security"] = [{}, *({name: []} for name in _SECURITY)]  # a server may ask for none

@@ -20,7 +20,6 @@ Answers = dict[int | str, JsonObject]
 
 JSON: Final = "application/json"
 EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
-FINDINGS = "Findings"
 REFERENCE = "#/components/schemas/{name}"
 
 TEXT_BODY = {"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}}

@@ -4,6 +4,7 @@ from typing import Any  # JSON values
 
 from msgspec import Struct
 
+from dyknow.language.diagnostics import Severity
 from dyknow.mtl.monitors import MonitorReport
 from service.questions.events.summaries import By, Counted
 from service.questions.observations.car_tracks import CarColumns
@@ -224,6 +225,54 @@ class Index(Struct, frozen=True):
     links: dict[str, str]
 
 
+class Position(Struct, frozen=True):
+    """A place in a text, both counted from 0, `character` in UTF-16 units."""
+
+    line: int
+    character: int
+
+
+class Range(Struct, frozen=True):
+    """A piece of a text, without its end."""
+
+    start: Position
+    end: Position
+
+
+class Edit(Struct, frozen=True, rename="camel"):
+    """What to write in place of a piece of a text."""
+
+    range: Range
+    new_text: str
+
+
+class Related(Struct, frozen=True):
+    """Another place that a finding is about."""
+
+    file: str
+    range: Range
+    message: str
+
+
+class Finding(Struct, frozen=True):
+    """What is wrong or doubtful in a text, with its place as the Language Server Protocol has it."""
+
+    code: str
+    severity: Severity
+    message: str
+    file: str
+    range: Range
+    hint: str
+    edit: Edit | None
+    related: list[Related]
+
+
+class Findings(Struct, frozen=True):
+    """Errors and warnings of a chronicle text."""
+
+    findings: list[Finding]
+
+
 class ProblemDetail(Struct, frozen=True, omit_defaults=True):
     """What is wrong with one parameter."""
 
@@ -241,4 +290,4 @@ class Problem(Struct, frozen=True, omit_defaults=True):
     instance: str
     request_id: str
     errors: list[ProblemDetail] = []
-    findings: list[dict[str, Any]] = []
+    findings: list[Finding] = []

@@ -21,7 +21,7 @@ from starlette.routing import Route
 from chronicles.errors import ChronicleError
 from dyknow.language.diagnostics import Diagnostic
 from dyknow.language.rendering import render_json
-from service.api.messages.bodies import Problem, ProblemDetail
+from service.api.messages.bodies import Finding, Problem, ProblemDetail
 from service.errors import (
     CrowdedError,
     CursorError,
@@ -100,7 +100,7 @@ def problem(
         instance=request.url.path,
         request_id=request.scope.get(REQUEST_ID, ""),
         errors=list(errors),
-        findings=msgspec.json.decode(render_json(findings)),
+        findings=msgspec.json.decode(render_json(findings), type=list[Finding]),
     )
     return Response(msgspec.json.encode(body), status, headers, MEDIA_TYPE)
 

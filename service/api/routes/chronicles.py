@@ -16,9 +16,9 @@ from chronicles.errors import ChronicleError
 from chronicles.language.formatter import format_text
 from dyknow.language.diagnostics import render_all
 from dyknow.language.rendering import render_json
-from service.api.messages.answers import FINDINGS, TEXT_BODY, answers, json_answer
+from service.api.messages.answers import TEXT_BODY, answers, json_answer
 from service.api.messages.asked import DifferenceOrder, TrialOrder
-from service.api.messages.bodies import ChronicleList, ChronicleUse, LaidOut, TextVersions
+from service.api.messages.bodies import ChronicleList, ChronicleUse, Findings, LaidOut, TextVersions
 from service.api.processes.pool import ProcessPool
 from service.api.processes.questions import difference, trial
 from service.errors import NotInLogError, QueryError, TextRefusedError, VersionError
@@ -85,7 +85,7 @@ def _add_looks(router: APIRouter, pool: ProcessPool) -> None:
     """Add the routes that look at a text, and write nothing."""
     laid_out, tried, compared = answers(LaidOut, 413, 422), answers(Trial, 400, 404, 409, 413, 422), answers(Difference)
 
-    @router.post("/chronicles/check", name="check", responses=answers(FINDINGS, 413, 422), openapi_extra=TEXT_BODY)
+    @router.post("/chronicles/check", name="check", responses=answers(Findings, 413, 422), openapi_extra=TEXT_BODY)
     def check_text(text: SentText) -> Response:
         """Find what is wrong or doubtful in a chronicle text.
 

@@ -361,8 +361,8 @@ def test_a_text_is_checked(client: Client) -> None:
     [error] = [one for one in answer.json()["findings"] if one["severity"] == "error"]
     assert error["range"] == {"start": {"line": 0, "character": 34}, "end": {"line": 0, "character": 38}}
     assert (error["edit"]["newText"], error["file"]) == ("close", "text")
-    schema = client.get("/openapi.json").json()["components"]["schemas"]["Findings"]
-    assert set(error) == set(schema["properties"]["findings"]["items"]["properties"])
+    schema = client.get("/openapi.json").json()["components"]["schemas"]["Finding"]
+    assert set(error) == set(schema["properties"]) == set(schema["required"])
     good = client.request("POST", "/api/v1/chronicles/check", content=text.replace("clse", "close").encode())
     assert (good.status_code, good.json()) == (200, {"findings": []})
 
