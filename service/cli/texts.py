@@ -65,12 +65,10 @@ def check(
         raise typer.BadParameter("expected --cost to go with it, got no --cost", param_hint="--rate")
     import msgspec
 
-    from chronicles.chronicle_set import load_texts
     from dyknow.language.diagnostics import TextError
     from dyknow.language.rendering import render_json
-    from service.texts.chronicle_files import check_chronicles, read_text_or_input, with_relations
+    from service.texts.chronicle_files import read_text_or_input, with_relations
     from service.texts.linkage_files import LINKAGE_SUFFIX, check_linkages
-    from service.texts.monitor_files import load_monitor_files
 
     rates_hz = read_rates(rates or ())
     every = [(name, read_text_or_input(name)) for name in files]
@@ -79,11 +77,7 @@ def check(
         raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
     chosen: Stream | None = "traffic" if monitors else stream
     try:
-        draft = load_monitor_files(monitors or (), None)
-        checked = check_chronicles(texts, chosen, draft.messages)
-        if monitors and not checked.errors:
-            chronicles = load_texts(with_relations(texts, "traffic", draft.events))
-            load_monitor_files(monitors, chronicles.given).check_names(chronicles)
+        checked = _checked(texts, chosen, monitors or ())
     except TextError as error:
         if output == "text" and not as_json:
             raise  # told where all refused files are told
@@ -103,6 +97,20 @@ def check(
         tell_stream(checked.stream, is_doubtful=bool(STREAM_CODES & {one.code for one in checked.findings}))
     if checked.errors:
         raise typer.Exit(INVALID)
+
+
+def _checked(texts: "Sequence[tuple[str, str]]", stream: "Stream | None", monitors: "Sequence[Path]") -> "Checked":
+    """Check chronicles with the monitors that run with them; raises a `TextError` for those."""
+    from chronicles.chronicle_set import load_texts
+    from service.texts.chronicle_files import check_chronicles, with_relations
+    from service.texts.monitor_files import load_monitor_files
+
+    draft = load_monitor_files(monitors, None)
+    checked = check_chronicles(texts, stream, draft.messages)
+    if monitors and not checked.errors:
+        chronicles = load_texts(with_relations(texts, "traffic", draft.events))
+        load_monitor_files(monitors, chronicles.given).check_names(chronicles)
+    return checked
 
 
 def read_rates(texts: "Sequence[str]") -> dict[str, float]:

@@ -54,7 +54,6 @@ def doctor(
         checks["log"] = partial(_log, database), "name a log that DyKnow made, or a folder that can be written"
         if isinstance(database, SqliteFile):
             checks["disk"] = partial(_disk, database.path), "use a disk of this machine, or PostgreSQL"
-            checks["log"] = partial(_log, database, SqliteFile(database.path, is_left_alone=True)), checks["log"][1]
     rows = [(name, *_looked(look, fix)) for name, (look, fix) in checks.items()]
     show({"items": [dict(zip(TITLES, row, strict=True)) for row in rows]}, format_table(TITLES, rows), as_json=as_json)
     if any(state == "broken" for _, state, *_ in rows):
@@ -137,11 +136,13 @@ def _detector(weights: Path) -> Said:
     return f"{weights}, {read_recipe(weights).open(TRIAL_SIZE_PX).runtime}", ""
 
 
-def _log(database: "Database", left_alone: "Database | None" = None) -> Said:
+def _log(database: "Database") -> Said:
+    from service.store.databases.sqlite_file import SqliteFile
     from service.store.schema import SCHEMA_VERSION
     from service.store.versions import read_version
 
-    version = read_version(left_alone or database) if database.exists() else None
+    read = SqliteFile(database.path, is_left_alone=True) if isinstance(database, SqliteFile) else database
+    version = read_version(read) if database.exists() else None
     if version is None:
         database.check_writable()
         return f"{database.name} is empty or not there yet, and can be made", ""
