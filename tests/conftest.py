@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from service.api.app import create_app
 from service.cli.app import run
 from service.runs.processing import RunRequest, process
 from tests.service.http import close_loop
@@ -41,7 +40,7 @@ class Demo:
 def patient_pool() -> Iterator[None]:
     """Let answers of processes take their time on a busy machine; tests of the time limit give one of their own."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(create_app.__kwdefaults__, "within_s", 3600.0)
+        patch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 3600.0)
         yield
 
 

@@ -22,7 +22,7 @@ from service.api.frame import Compression, RequestFrame
 from service.api.health import add_health
 from service.api.messages.problems import register_problems
 from service.api.metrics import Metrics
-from service.api.processes.pool import ANSWERED_WITHIN_S, ProcessPool
+from service.api.processes.pool import ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
 from service.records.runs import ChronicleRecord, software_version
@@ -41,7 +41,6 @@ def create_app(
     log_url: str,
     *,
     shipped: Sequence[ChronicleRecord] | None = None,
-    within_s: float = ANSWERED_WITHIN_S,
     folders: SourceFolders = NO_FOLDERS,
     media_folders: Sequence[Path] = (),
     access: Access | None = None,
@@ -52,7 +51,6 @@ def create_app(
     ----------
     log_url : as `open_log` takes it.
     shipped : the chronicles to list beside those of the log's runs; None for the library.
-    within_s : how long an explanation may take.
     folders : where what clients have processed may lie.
     media_folders : whose videos may be sent.
     access : who may ask; None for everybody on this machine.
@@ -90,7 +88,7 @@ def create_app(
         default_response_class=Response,
     )
     library = load_chronicle_files(()).records if shipped is None else shipped
-    pool = ProcessPool(log.read_from.url, within_s)
+    pool = ProcessPool(log.read_from.url)
     metrics = Metrics(lambda: stream.count, lambda: pool.waiting)
     app.state.event_stream = stream
     add_routes(app.router, log, stream, pool, library, folders=folders, media_folders=media_folders)

@@ -29,19 +29,13 @@ _Answer = TypeVar("_Answer")
 class EventStream:
     """Streams the events of one log to those who ask for them.
 
-    Parameters
-    ----------
-    most : streams at once.
-    heartbeat_s : how long a stream is silent at most.
-
     Attributes
     ----------
     count : of the streams that are open.
     """
 
-    def __init__(self, log: EventLog, *, most: int = MOST_STREAMS, heartbeat_s: float = HEARTBEAT_S) -> None:
+    def __init__(self, log: EventLog) -> None:
         self._log = log
-        self._most, self._heartbeat_s = most, heartbeat_s
         self._limiter = CapacityLimiter(THREADS)
         self.count = 0
         self._is_open = True
@@ -85,8 +79,8 @@ class EventStream:
         if after_seq is not None and after_seq > last_seq:
             message = f"last_event_id: expected one up to {last_seq}, the newest of this log, got {after_seq}"
             raise QueryError(message, parameter="last_event_id")
-        if self.count >= self._most:
-            raise CrowdedError(f"stream: expected fewer than {self._most} at once, got one more; ask again later")
+        if self.count >= MOST_STREAMS:
+            raise CrowdedError(f"stream: expected fewer than {MOST_STREAMS} at once, got one more; ask again later")
         self.count += 1
         return _Stream(self._blocks(wanted, last_seq if after_seq is None else after_seq), self._leave)
 
@@ -104,7 +98,7 @@ class EventStream:
                 yield text.encode()
             if seq < found.as_of_seq:
                 continue
-            with move_on_after(self._heartbeat_s):
+            with move_on_after(HEARTBEAT_S):
                 await news.wait()
             if not news.is_set():
                 yield f": nothing new\nid: {seq}\n\n".encode()

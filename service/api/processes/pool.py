@@ -13,6 +13,8 @@ from service.errors import CrowdedError, UnansweredError
 from service.runs.machine import cores
 
 ANSWERED_WITHIN_S = 10.0
+"""An answer, with the time that it waits for a process."""
+
 WAITING_PER_CORE = 8
 """More would wait longer than they may, if each before them takes what it may."""
 
@@ -26,11 +28,10 @@ class ProcessPool:
     Parameters
     ----------
     log : its URL.
-    within_s : how long an answer may take, with the time that it waits for a process.
     """
 
-    def __init__(self, log: str, within_s: float = ANSWERED_WITHIN_S) -> None:
-        self._log, self._within_s = log, within_s
+    def __init__(self, log: str) -> None:
+        self._log = log
         self._limiter = CapacityLimiter(cores())
 
     @property
@@ -52,12 +53,12 @@ class ProcessPool:
         if self.waiting >= most:
             raise CrowdedError(f"questions: expected at most {most} that wait, got one more; ask again later")
         try:
-            with fail_after(self._within_s):
+            with fail_after(ANSWERED_WITHIN_S):
                 return await to_process.run_sync(
                     function, self._log, *arguments, cancellable=True, limiter=self._limiter
                 )
         except TimeoutError as error:
-            wanted = f"answer: expected one within {self._within_s:g} s, got none"
+            wanted = f"answer: expected one within {ANSWERED_WITHIN_S:g} s, got none"
             raise UnansweredError(f"{wanted}; ask about less time, or later if much else is asked") from error
         except BrokenWorkerProcess as error:
             raise UnansweredError("answer: expected one, got a process that was ended; ask again") from error

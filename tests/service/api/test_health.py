@@ -133,7 +133,7 @@ def test_all_is_told_while_every_thread_and_process_is_busy(
     url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pools = list[ProcessPool]()
-    monkeypatch.setattr("service.api.app.ProcessPool", lambda log, _: pools.append(ProcessPool(log, 3600)) or pools[-1])
+    monkeypatch.setattr("service.api.app.ProcessPool", lambda log: pools.append(ProcessPool(log)) or pools[-1])
     app = create_app(url, shipped=())
     ended, held = threading.Event(), threading.Semaphore(0)
 
@@ -170,7 +170,7 @@ def test_who_asks_when_too_many_wait_is_told_at_once(tmp_path: Path, monkeypatch
     monkeypatch.setattr("service.api.processes.pool.WAITING_PER_CORE", 1)
 
     async def ask() -> None:
-        pool = ProcessPool("", 3600)
+        pool = ProcessPool("")
         begun = [tmp_path / f"begun{number}" for number in range(2 * cores())]
         busy = [asyncio.create_task(pool.ask(begin, str(one))) for one in begun]
         while pool.waiting < cores():

@@ -132,12 +132,13 @@ def test_a_repeated_run_is_told_anew_with_numbers_of_its_own(new_log: NewLog) ->
         assert (before["id"], again["id"], ids) == ("1", "2", ["r1-1", "r1-1"])
 
 
-def test_a_silent_stream_says_how_far_it_looked(new_log: NewLog) -> None:
+def test_a_silent_stream_says_how_far_it_looked(new_log: NewLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.api.delivery.event_stream.HEARTBEAT_S", 0.0)
     url = write_log(new_log(), [overtake()])
 
     async def listen() -> list[bytes]:
         with closing(open_log(url)) as log:
-            answer = await EventStream(log, heartbeat_s=0.0).answer(EventFilter(types=("pass",)), 0)
+            answer = await EventStream(log).answer(EventFilter(types=("pass",)), 0)
             found = aiter(answer.body_iterator)
             return [bytes(await anext(found)) for _ in range(3)]  # type: ignore[arg-type]  # bytes are what we give
 
@@ -146,7 +147,7 @@ def test_a_silent_stream_says_how_far_it_looked(new_log: NewLog) -> None:
 
 
 def test_more_streams_than_may_be_are_told_to_come_back(new_log: NewLog, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.api.app.EventStream", lambda log: EventStream(log, most=1))
+    monkeypatch.setattr("service.api.delivery.event_stream.MOST_STREAMS", 1)
     url = write_log(new_log(), [overtake()])
     with serving(create_app(url, shipped=())) as (_, address):
         with streamed(address, after=0) as found:

@@ -55,7 +55,8 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
 ) -> None:
-    with Client(create_app(str(log), shipped=[], within_s=0.5)) as client:
+    monkeypatch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 0.5)
+    with Client(create_app(str(log), shipped=[])) as client:
         monkeypatch.setattr(f"service.api.routes.{name}", _stay)
         answer = client.get(f"/api/v1/events/{path}")
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
@@ -93,7 +94,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     transport = httpx.ASGITransport(app=app)
 
     async def ask() -> None:
-        pool = ProcessPool(str(log), 3600)
+        pool = ProcessPool(str(log))
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
         long = [asyncio.create_task(pool.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
         while not all(one.exists() for one in begun):

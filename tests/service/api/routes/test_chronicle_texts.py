@@ -155,7 +155,8 @@ def test_a_body_that_is_none_is_refused(client: Client, body: bytes) -> None:
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-def test_what_takes_too_long_may_be_asked_again(url: str) -> None:
-    with Client(create_app(url, shipped=(), within_s=0.0)) as client:
+def test_what_takes_too_long_may_be_asked_again(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 0.0)
+    with Client(create_app(url, shipped=())) as client:
         answer = client.request("POST", f"{CHRONICLES}/try", json={"text": NEAR})
     assert (answer.status_code, "retry-after" in answer.headers) == (503, True)

@@ -49,7 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def served(folder: Path) -> FastAPI:
-    return create_app(str(folder / "log.db"), shipped=(), media_folders=[folder], within_s=600.0)
+    return create_app(str(folder / "log.db"), shipped=(), media_folders=[folder])
 
 
 @pytest.fixture(scope="module")
