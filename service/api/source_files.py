@@ -25,7 +25,6 @@ from service.store.entries import Source
 from service.store.registers.sources import Sources
 from service.texts.csv_table import ROW_SUFFIXES
 
-UPLOAD_GB = 20.0
 MOST_UPLOADS = 4
 OTHER_SUFFIXES = (*ROW_SUFFIXES, ".toml")
 """Of files that are read as something else than a video, or found beside one."""
@@ -45,7 +44,7 @@ class SourceFolders:
     """
 
     uploads: Path | None = None
-    upload_gb: float = UPLOAD_GB
+    upload_gb: float = 20.0
     allowed: tuple[Path, ...] = ()
 
     def hold(self) -> None:

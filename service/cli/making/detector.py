@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.making.site import At, frame_of
 from service.cli.options import AsJson
 from service.cli.printing import check_target, counted, format_table, print_json, show, tell, write_picture
 from service.errors import InputError, SiteError
@@ -81,13 +82,12 @@ def try_on_clip(
     clip: Annotated[Path, typer.Argument(metavar="CLIP", help="A video.")],
     detector: Annotated[str, typer.Option(help="onnx:NAME of an installed detector, or onnx:PATH.")],
     out: Annotated[Path, typer.Option(help="The picture to write (.png, .jpg).")],
-    at: Annotated[str, typer.Option(help="Media time of the frame: 12.5s, 01:23 or 12500000 (us).")] = "0",
+    at: At = "0",
     as_json: AsJson = False,
 ) -> None:
     """Draw what a network finds in a frame of a clip, and tell how long it looked."""
     import numpy as np
 
-    from service.cli.making.site import frame_of
     from service.export.drawing import draw_boxes
     from service.runs.inputs.detectors import OnnxChoice, choose_detector, describe
     from vision.networks.box_detector import CLASS_NAMES
