@@ -28,7 +28,7 @@ def demo(
     from data_gen.outputs.scene import generate
     from service.cli.asking.evaluate import describe
     from service.cli.making.generate import drawing_bar
-    from service.cli.making.process import leave_if_cut, progress_bar
+    from service.cli.making.process import leave_if_cut, progress_bar, tell_if_cut
     from service.questions.scoring.evaluate_log import evaluate_log
     from service.runs.processing import process
     from service.runs.requests import RunRequest
@@ -50,6 +50,7 @@ def demo(
     request = RunRequest(scene / "video.mp4", scene / "site.toml", log, workers=None)
     with progress_bar("processing") as on_progress:
         summary = process(request, on_progress=on_progress)
+    tell_if_cut(summary)
     leave_if_cut(summary)
     evaluation = evaluate_log(log, scene, event_type="overtake", run=summary.run)
     if as_json:

@@ -104,19 +104,16 @@ def _process_one(request: "RunRequest", *, as_json: bool) -> None:
     if as_json:
         told = _every(REPORT_EVERY_S, lambda now: print_json({"type": "progress", **_progress_record(now)}))
         summary = run(request, on_progress=told)
-        print_json(_summary_record(summary))
     else:
         with progress_bar(request.input.name) as on_progress:
             summary = run(request, on_progress=on_progress)
-        print_summary(summary, request.log_url)
+    print_summary(summary, request.log_url, as_json=as_json)
     leave_if_cut(summary)
 
 
 def leave_if_cut(summary: "RunSummary") -> None:
     """Leave with an error if a run did not come to the end of its input."""
     if summary.status != "finished":
-        kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
-        print(f"error: {summary.reason}; {kept}", file=sys.stderr)
         raise typer.Exit(SIGNALLED + summary.stopped_by if summary.status == "interrupted" else INVALID)
 
 
@@ -306,7 +303,23 @@ def _summary_record(summary: "RunSummary") -> dict[str, object]:
     }
 
 
-def print_summary(summary: "RunSummary", log: str) -> None:
+def print_summary(summary: "RunSummary", log: str, *, as_json: bool) -> None:
+    """Print what a run did, and why it stopped early if it did."""
+    if as_json:
+        print_json(_summary_record(summary))
+    else:
+        _print_facts(summary, log)
+    tell_if_cut(summary)
+
+
+def tell_if_cut(summary: "RunSummary") -> None:
+    """Say why a run did not come to the end of its input."""
+    if summary.status != "finished":
+        kept = "the events up to there are kept" if summary.is_kept else "the run in the log came further and stays"
+        tell("error", [f"{summary.reason}; {kept}"])
+
+
+def _print_facts(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
     from service.store.databases.location import shown
 

@@ -1,19 +1,15 @@
 """`dyknow watch`: how does a camera become an event log that grows?"""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from service.cli import options
 from service.cli.making.jobs import add_jobs, tell_line
 from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
-
-if TYPE_CHECKING:
-    from service.runs.processing import RunSummary
 
 HOUR_US = 3_600_000_000
 GIGABYTE = 1_000_000_000
@@ -87,10 +83,5 @@ def watch(
         return
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:
-        watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=partial(_tell_summary, log))
-
-
-def _tell_summary(log: str, summary: "RunSummary") -> None:
-    print_summary(summary, log)
-    if summary.status != "finished":
-        print(f"error: {summary.reason}; the events up to there are kept", file=sys.stderr)
+        told = partial(print_summary, log=log, as_json=False)
+        watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=told)
