@@ -12,8 +12,9 @@ from starlette.staticfiles import StaticFiles
 
 from chronicles.explanation.json_form import schema as explanation_schema
 from service.api.access.callers import COOKIE
-from service.api.messages.answers import EXPLANATION, REFERENCE, JsonObject
+from service.api.messages.answers import EXPLANATION, REFERENCE
 from service.api.messages.bodies import Problem
+from service.api.messages.parameters import JsonObject
 from service.questions.observations.coverage import LookedAt
 
 _FOREIGN = ("HTTPValidationError", "ValidationError")  # the framework's own, which we never send

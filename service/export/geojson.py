@@ -13,13 +13,12 @@ from msgspec.structs import asdict
 
 from gis.frames import LocalFrame
 from service.errors import ExportError
-from service.export.json_items import as_json, json_items
+from service.export.json_items import Json, as_json, json_items
 from service.questions.events.queries import decode_event
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.run_sites import RunSite
 from service.records.runs import RunRecord
 
-Json = dict[str, Any]
 _DECIMALS = 8  # a millimetre
 
 

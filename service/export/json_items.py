@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Iterator
 from itertools import islice
+from typing import Any  # JSON
 
 import msgspec
 
+Json = dict[str, Any]
 _AT_ONCE = 1_000
 
 

@@ -7,9 +7,8 @@ events, so that these can be sent as they are read.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
-from typing import Any  # JSON
 
-from service.export.json_items import as_json, json_items
+from service.export.json_items import Json, as_json, json_items
 from service.questions.events.queries import decode_event
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
@@ -24,7 +23,7 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
     """
     types, objects, classes = set[str](), dict[str, str](), cache(classes_of)
 
-    def made(text: str) -> dict[str, Any]:
+    def made(text: str) -> Json:
         event = decode_event(text)
         types.add(event.type)
         names = {role: f"{event.run}/{actor}" for role, actor in event.roles.items()}

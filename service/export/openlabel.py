@@ -7,20 +7,17 @@ relation from the event to it, of the name of the role. Media times to the micro
 
 from collections.abc import Callable, Iterator
 from itertools import chain
-from typing import Any  # JSON
 
 import numpy as np
 from msgspec.structs import replace
 
-from service.export.json_items import as_json, json_items
+from service.export.json_items import Json, as_json, json_items
 from service.questions.events.queries import EventFilter, decode_event, find_last_seq, iterate_pages
 from service.questions.observations.relation_intervals import watched_intervals
 from service.records.events import EventRecord
 from service.records.runs import RunRecord
 from service.records.times import TimePoint
 from service.store.log import EventLog
-
-Json = dict[str, Any]
 
 _NUMBERS = ("start_us", "end_us", "confidence")
 _TEXTS = ("start", "end", "status")

@@ -5,17 +5,16 @@ too: the description cannot drift from what is sent.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final  # JSON schemas have no narrower type
+from typing import Final
 from urllib.parse import urlencode
 
 import msgspec
 from starlette.responses import Response
 
 from service.api.messages.bodies import Problem
-from service.api.messages.parameters import Pairs
+from service.api.messages.parameters import JsonObject, Pairs
 from service.api.messages.problems import MEDIA_TYPE
 
-JsonObject = dict[str, Any]
 Answers = dict[int | str, JsonObject]
 
 JSON: Final = "application/json"
