@@ -14,13 +14,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchmarks.pooled_scores import merge_evaluations
+from benchmarks.pooled_scores import merge_evaluations, pooled
 from benchmarks.whole_runs import process_whole
 from data_gen.outputs.scene import generate
 from service.questions.scoring.evaluate import Evaluation
 from service.questions.scoring.evaluate_log import evaluate_log
 from service.questions.scoring.proportions import wilson_interval
-from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scenes
+from service.questions.scoring.scene_scores import CARS, OBJECTS, Compared, compare_log, score_scene
 from service.runs.processing import RunRequest
 
 TYPE = "overtake"
@@ -181,7 +181,7 @@ def _header(titles: Sequence[str]) -> str:
 
 
 def _seen_row(name: str, measured: Measured, aims: Mapping[str, float]) -> str:
-    score = score_scenes(*measured.compared)
+    score = score_scene(pooled(measured.compared))
     seen, objects = score.detection, score.tracks[OBJECTS]
     factors = measured.real_time_factors
     cells = (

@@ -26,12 +26,13 @@ from pathlib import Path
 from typing import get_args
 
 from anchoring.settings import AnchoringSettings
+from benchmarks.pooled_scores import pooled
 from benchmarks.whole_runs import process_whole
 from data_gen.outputs.scene import generate
 from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
-from service.questions.scoring.scene_scores import CARS, Compared, compare_log, score_scenes
+from service.questions.scoring.scene_scores import CARS, Compared, compare_log, score_scene
 from service.records.events import EventStatus
 from service.runs.processing import RunRequest
 from service.store.log import open_log
@@ -237,7 +238,7 @@ def _figures(outcomes: Sequence[Outcome]) -> tuple[float | None, ...]:
     compared = [one.compared for one in outcomes if one.compared is not None]
     if not compared:
         return ()
-    score = score_scenes(*compared)
+    score = score_scene(pooled(compared))
     return score.detection.precision, score.detection.recall, score.tracks[CARS].idf1
 
 

@@ -106,15 +106,15 @@ def _scene_parts(
     log: str | None, tracks: Path | None, scene: Path, run: str | None, parts: Sequence[str]
 ) -> dict[str, tuple[object, str]]:
     """Score what was seen and followed: the record and the table of each part that was asked for."""
-    from service.questions.scoring.scene_scores import compare_log, compare_tracks, score_scenes
+    from service.questions.scoring.scene_scores import compare_log, compare_tracks, score_scene
 
     if not {DETECTION, TRACKS} & set(parts):
         return {}
     if tracks is not None:
-        scores = score_scenes(compare_tracks(tracks, scene))
+        scores = score_scene(compare_tracks(tracks, scene))
     else:
         assert log is not None
-        scores = score_scenes(compare_log(log, scene, run=run))
+        scores = score_scene(compare_log(log, scene, run=run))
     tables = {DETECTION: detection_table(scores.detection, scores.seen_by), TRACKS: tracks_table(scores.tracks)}
     return {part: (one, tables[part]) for part, one in scores.as_record().items() if part in parts}
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,25 +44,3 @@ class ObjectRows(Table):
         """Number the objects."""
         _, track = np.unique(self.name, return_inverse=True)
         return TrackRows(self.frame, track.astype(np.int64))
-
-
-def join_scenes(scenes: Sequence[tuple[ObjectRows, ObjectRows]]) -> tuple[ObjectRows, ObjectRows]:
-    """Lay the true and found rows of several scenes one after another, as if they were one long scene.
-
-    Figures of the whole are then figures of all rows, and no mean of means. Frames and names of different scenes are
-    kept apart; image boxes are dropped unless all scenes have them.
-
-    Parameters
-    ----------
-    scenes : (true, found) of each; at least one.
-    """
-    true, found, first_frame = [], [], 0
-    for number, (true_rows, found_rows) in enumerate(scenes):
-        true.append(_moved(true_rows, first_frame, f"{number}/"))
-        found.append(_moved(found_rows, first_frame, f"{number}/"))
-        first_frame = 1 + max((int(rows.frame[-1]) for rows in (true[-1], found[-1]) if len(rows)), default=first_frame)
-    return ObjectRows.joined(true), ObjectRows.joined(found)
-
-
-def _moved(rows: ObjectRows, first_frame: int, prefix: str) -> ObjectRows:
-    return replace(rows, frame=rows.frame + first_frame, name=np.char.add(prefix, rows.name.astype(np.str_)))

@@ -9,7 +9,7 @@ import shapely
 from service.errors import LogError
 from service.questions.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_objects, load_tracks
 from service.questions.scoring.detection import DetectionScore, score_detection, score_settled_tracks, settle
-from service.questions.scoring.object_rows import ObjectRows, join_scenes
+from service.questions.scoring.object_rows import ObjectRows
 from service.questions.scoring.pairs import IntArray
 from service.questions.scoring.scene_view import SceneView, keep_to_roads, load_scene_roads, load_scene_view
 from service.questions.scoring.tracks import TrackScore
@@ -91,14 +91,9 @@ def compare_tracks(path: Path, truth_folder: Path) -> Compared:
     return {TRACKS: _both_sides(table, found, view, load_scene_roads(truth_folder))}
 
 
-def score_scenes(*scenes: Compared) -> SceneScore:
-    """Score one scene, or several as if they were one long one.
-
-    Parameters
-    ----------
-    scenes : at least one; the levels are those of the first.
-    """
-    settled = {level: settle(*join_scenes([scene[level] for scene in scenes])) for level in scenes[0]}
+def score_scene(compared: Compared) -> SceneScore:
+    """Score both sides of a scene."""
+    settled = {level: settle(*sides) for level, sides in compared.items()}
     seen_by = next(iter(settled))
     tracks = {level: score_settled_tracks(one) for level, one in settled.items()}
     return SceneScore(seen_by, score_detection(settled[seen_by]), tracks)

@@ -1,16 +1,17 @@
 """Which vehicles of a scene can be seen? Those that its picture shows, frame by frame, and that are on its roads."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import shapely
 
+from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraTrack, read_camera_track
-from gis.cameras.lens import Lens
 from service.errors import TruthError
 from service.questions.scoring.object_rows import ObjectRows
-from service.questions.scoring.pairs import FloatArray, IntArray
+from service.questions.scoring.pairs import FloatArray, IntArray, groups_of
 from service.records.runs import CameraRecord
 from service.runs.inputs.sites.site import load_site
 from service.texts.toml_tables import told
@@ -22,34 +23,12 @@ class SceneView:
 
     Attributes
     ----------
-    width_px, height_px : size of the picture.
-    pixel_from_ground : (3, 3), positive third coordinate in front of the camera; None where the camera moves.
-    track : the poses of a camera that moves.
-    lens : bends the picture of a camera that stands; None for a straight one.
+    size_px : width and height of the picture.
+    camera : one that stands, or the poses of one that moves.
     """
 
-    width_px: int
-    height_px: int
-    pixel_from_ground: FloatArray | None
-    track: CameraTrack | None = None
-    lens: Lens | None = None
-
-    def maps(self, t_us: IntArray) -> FloatArray:
-        """Give the map from the ground to the image at some times: (n, 3, 3).
-
-        Raises
-        ------
-        TruthError
-            If the camera's poses do not reach so far.
-        """
-        if self.track is None:
-            assert self.pixel_from_ground is not None
-            return np.broadcast_to(self.pixel_from_ground, (len(t_us), 3, 3))
-        times_us, place = np.unique(t_us, return_inverse=True)
-        with told(TruthError, "camera.csv"):
-            poses = [self.track.at(one) for one in times_us.tolist()]
-        maps = [pose.camera(self.width_px, self.height_px).pixel_from_ground for pose in poses]
-        return np.asarray(np.array(maps).reshape(-1, 3, 3)[place])
+    size_px: tuple[int, int]
+    camera: GroundCamera | CameraTrack
 
     def look_at(self, rows: ObjectRows, t_us: IntArray, *, edge_m: float) -> ObjectRows:
         """Find the image boxes of footprints, and add to the border what is not wholly in the picture.
@@ -59,22 +38,41 @@ class SceneView:
         rows : true rows. t_us : (n,) their times.
         edge_m : how much the footprint is grown all round before it must be in the picture.
         """
-        maps = self.maps(t_us)
-        box_px = _bounds(maps, _corners(rows, 0.0), self.lens)
-        left, top, width, height = _bounds(maps, _corners(rows, edge_m), self.lens).T
+        left, top, width, height = self._boxes(t_us, _corners(rows, edge_m)).T
         # Written so that nan, from a corner behind the camera, is outside; pixel centres are whole numbers.
         inside = (left >= -0.5) & (top >= -0.5)
-        inside &= (left + width <= self.width_px - 0.5) & (top + height <= self.height_px - 0.5)
-        return replace(rows, is_border=rows.is_border | ~inside, box_px=np.nan_to_num(box_px))
+        inside &= (left + width <= self.size_px[0] - 0.5) & (top + height <= self.size_px[1] - 0.5)
+        box_px = np.nan_to_num(self._boxes(t_us, _corners(rows, 0.0)))
+        return replace(rows, is_border=rows.is_border | ~inside, box_px=box_px)
 
     def to_ground(self, t_us: IntArray, points_px: FloatArray) -> FloatArray:
         """Map pixels to the ground: (n, 2) at n times; nan above the horizon."""
-        points_px = points_px if self.lens is None else self.lens.straighten(points_px)
-        scaled = np.einsum(
-            "nij,nj->ni", np.linalg.inv(self.maps(t_us)), np.column_stack((points_px, np.ones(len(t_us))))
-        )
-        depth = np.where(scaled[:, 2:] > 0, scaled[:, 2:], np.nan)
-        return np.asarray(scaled[:, :2] / depth)
+        return self._mapped(GroundCamera.to_ground, t_us, points_px[:, None])[:, 0]
+
+    def _boxes(self, t_us: IntArray, corners_m: FloatArray) -> FloatArray:
+        """Box corners in the picture: (n, 4) left, top, width, height; nan where one is behind the camera."""
+        points_px = self._mapped(GroundCamera.to_pixels, t_us, corners_m)
+        low, high = points_px.min(axis=1), points_px.max(axis=1)
+        return np.concatenate((low, high - low), axis=1)
+
+    def _mapped(
+        self, mapping: Callable[[GroundCamera, FloatArray], FloatArray], t_us: IntArray, points: FloatArray
+    ) -> FloatArray:
+        """Map points, (n, k, 2), by the camera of each of n times.
+
+        Raises
+        ------
+        TruthError
+            If the camera's poses do not reach so far.
+        """
+        if isinstance(self.camera, GroundCamera):
+            return mapping(self.camera, points.reshape(-1, 2)).reshape(points.shape)
+        mapped = np.empty_like(points)
+        for rows in groups_of(t_us):
+            with told(TruthError, "camera.csv"):
+                camera = self.camera.at(int(t_us[rows[0]])).camera(*self.size_px)
+            mapped[rows] = mapping(camera, points[rows].reshape(-1, 2)).reshape(-1, *points.shape[1:])
+        return mapped
 
 
 def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneView | None:
@@ -97,18 +95,18 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
     size_px = _picture_size(folder)
     if size_px is not None and (folder / "camera.csv").is_file():
         with told(TruthError):
-            return SceneView(*size_px, None, read_camera_track(folder / "camera.csv"))
+            return SceneView(size_px, read_camera_track(folder / "camera.csv"))
     site_path = folder / "site.toml"
     if size_px is not None and site_path.is_file():
         site = load_site(site_path)
         if site.motion is not None and site.motion.poses is not None:
-            return SceneView(*size_px, None, site.motion.poses)
+            return SceneView(size_px, site.motion.poses)
         if site.camera is not None and site.motion is None:
-            return SceneView(*size_px, site.camera.pixel_from_ground, lens=site.camera.lens)
+            return SceneView(size_px, site.camera)
     if camera is None:
         return None
-    matrix = np.array(camera.pixel_from_ground).reshape(3, 3)
-    return SceneView(camera.width_px, camera.height_px, matrix, lens=camera.lens)
+    ground_from_pixel = np.linalg.inv(np.array(camera.pixel_from_ground).reshape(3, 3))
+    return SceneView((camera.width_px, camera.height_px), GroundCamera.from_homography(ground_from_pixel, camera.lens))
 
 
 def load_scene_roads(folder: Path) -> shapely.Geometry | None:
@@ -173,13 +171,3 @@ def _corners(rows: ObjectRows, margin_m: float) -> FloatArray:
     left = left * (rows.width_m / 2 + margin_m)[:, None]
     offsets_m = np.stack((ahead + left, left - ahead, -ahead - left, ahead - left), axis=1)
     return np.asarray(rows.centre_m[:, None] + offsets_m)
-
-
-def _bounds(maps: FloatArray, corners_m: FloatArray, lens: Lens | None) -> FloatArray:
-    """Box mapped corners: (n, 4) left, top, width, height; nan where a corner is behind the camera."""
-    scaled = np.einsum("nij,nkj->nki", maps, np.concatenate((corners_m, np.ones((*corners_m.shape[:2], 1))), axis=2))
-    depth = np.where(scaled[..., 2:] > 0, scaled[..., 2:], np.nan)
-    points_px = scaled[..., :2] / depth
-    points_px = points_px if lens is None else lens.bend(points_px)
-    low, high = points_px.min(axis=1), points_px.max(axis=1)
-    return np.concatenate((low, high - low), axis=1)

@@ -6,7 +6,7 @@ or its footprint with `EDGE_M` around it reaches over the edge of the picture.
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +23,6 @@ STANDING_MPS = 0.5
 STANDING_US = 2_000_000
 
 NUMBERS = ("x_m", "y_m", "heading_rad", "speed_mps", "length_m", "width_m", "visible")
-COLUMNS = ("t_us", "id", "class", *NUMBERS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +120,17 @@ def nearest_times(frame_us: IntArray, times_us: IntArray, *, within_steps: float
 
 
 def load_truth_table(folder: Path) -> TruthTable:
-    """Read `truth.csv` of a scene.
+    """Read `truth.csv` of a scene; raises as `read_truth`."""
+    t_us, words, values = read_truth(folder, ("id", "class"), NUMBERS)
+    return TruthTable(t_us, words[:, 0], words[:, 1], values)
+
+
+def read_truth(folder: Path, words: Sequence[str], numbers: Sequence[str]) -> tuple[IntArray, StrArray, FloatArray]:
+    """Read some columns of `truth.csv` of a scene, ordered by time.
+
+    Returns
+    -------
+    (n,) the column `t_us`, (n, words) and (n, numbers) the columns of these names.
 
     Raises
     ------
@@ -131,37 +140,37 @@ def load_truth_table(folder: Path) -> TruthTable:
     path = folder / "truth.csv"
     if not path.is_file():
         raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
+    columns = ("t_us", *words, *numbers)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _read(path, csv.reader(file))
+            times, texts, values = _read(path, csv.reader(file), columns, len(words))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise TruthError(f"{path}: expected a readable CSV file, got {error}") from error
-
-
-def _finite(texts: Iterable[str]) -> list[float]:
-    values = [float(text) for text in texts]
-    if not all(map(math.isfinite, values)):
-        raise ValueError("not finite")
-    return values
-
-
-def _read(path: Path, lines: Iterator[list[str]]) -> TruthTable:
-    header = next(lines, [])
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
-        raise TruthError(f"{path}:1: expected columns {', '.join(COLUMNS)}, got no {missing[0]!r}")
-    places = [header.index(name) for name in COLUMNS]
-    times, names, kinds, values = [], [], [], []
-    for number, fields in enumerate(lines, start=2):
-        try:
-            t_us, name, kind, *numbers = (fields[place] for place in places)
-            times.append(np.int64(int(t_us)))
-            values.append(_finite(numbers))
-        except (ValueError, IndexError, OverflowError) as error:
-            raise TruthError(f"{path}:{number}: expected whole t_us and numbers, got {','.join(fields)!r}") from error
-        names.append(name)
-        kinds.append(kind)
     if not times:
         raise TruthError(f"{path}: expected at least one row, got none")
-    table = TruthTable(np.array(times, np.int64), np.array(names), np.array(kinds), np.array(values))
-    return table.select(np.argsort(table.t_us, kind="stable"))
+    order = np.argsort(times, kind="stable")
+    return np.array(times, np.int64)[order], np.array(texts, np.str_)[order], np.array(values)[order]
+
+
+def _read(
+    path: Path, lines: Iterator[list[str]], columns: Sequence[str], words: int
+) -> tuple[list[np.int64], list[list[str]], list[list[float]]]:
+    """Read the columns: the time, so many words, and then numbers."""
+    header = next(lines, [])
+    missing = [name for name in columns if name not in header]
+    if missing:
+        raise TruthError(f"{path}:1: expected columns {', '.join(columns)}, got no {missing[0]!r}")
+    places = [header.index(name) for name in columns]
+    times, texts, values = [], [], []
+    for number, fields in enumerate(lines, start=2):
+        try:
+            t_us, *rest = (fields[place] for place in places)
+            times.append(np.int64(int(t_us)))
+            texts.append(rest[:words])
+            values.append([float(text) for text in rest[words:]])
+            if not all(map(math.isfinite, values[-1])):
+                raise ValueError("not finite")
+        except (ValueError, IndexError, OverflowError) as error:
+            expected = f"{', '.join(columns)} with a whole t_us and finite numbers"
+            raise TruthError(f"{path}:{number}: expected {expected}, got {','.join(fields)!r}") from error
+    return times, texts, values

@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.pooled_scores import join_scenes
 from service.questions.scoring.detection import REACH_M, DetectionScore, score_detection, score_settled_tracks, settle
-from service.questions.scoring.object_rows import ObjectRows, join_scenes
+from service.questions.scoring.object_rows import ObjectRows
 from tests.cases import for_each
 from tests.service.questions.scoring.support import Row, rows
 

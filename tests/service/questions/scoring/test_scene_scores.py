@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.pooled_scores import pooled
+from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import InputError, LogError
 from service.questions.scoring.claims import load_tracks
-from service.questions.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scenes
+from service.questions.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scene
 from service.questions.scoring.scene_view import SceneView, load_scene_view
 from service.records.seen import SeenObject
 from service.store.log import open_log
@@ -49,7 +51,7 @@ def write_scene(folder: Path) -> Path:
 
 
 def test_log_is_scored_before_and_after_anchoring(tmp_path: Path) -> None:
-    score = score_scenes(compare_log(write_run(tmp_path), write_scene(tmp_path)))
+    score = score_scene(compare_log(write_run(tmp_path), write_scene(tmp_path)))
     detection = score.detection
     assert score.seen_by == OBJECTS
     assert (detection.right, detection.wrong, detection.missed) == (FRAMES - 1, FRAMES, 1)  # a prediction is no sight
@@ -59,7 +61,7 @@ def test_log_is_scored_before_and_after_anchoring(tmp_path: Path) -> None:
 
 
 def test_run_without_vision_is_scored_by_its_cars(tmp_path: Path) -> None:
-    score = score_scenes(compare_log(write_run(tmp_path, objects=False), write_scene(tmp_path)))
+    score = score_scene(compare_log(write_run(tmp_path, objects=False), write_scene(tmp_path)))
     assert (score.seen_by, list(score.tracks)) == (CARS, [CARS])
     assert score.detection.precision == 1.0
 
@@ -74,7 +76,7 @@ def test_run_without_frames_cannot_be_scored(tmp_path: Path) -> None:
 
 def test_several_scenes_are_pooled_row_by_row(tmp_path: Path) -> None:
     scene = compare_log(write_run(tmp_path), write_scene(tmp_path))
-    one, two = score_scenes(scene), score_scenes(scene, scene)
+    one, two = score_scene(scene), score_scene(pooled([scene, scene]))
     assert two.detection.right == 2 * one.detection.right
     assert two.tracks[OBJECTS].id_switches == 2
     assert two.tracks[OBJECTS].hota == pytest.approx(one.tracks[OBJECTS].hota)
@@ -89,20 +91,20 @@ def write_csv(path: Path, *rows: str) -> Path:
 
 def test_track_file_is_scored_and_its_hidden_rows_are_not(tmp_path: Path) -> None:
     rows = [f"{k * STEP_US},t1,{30 + k},18,0,10,4,2,{int(k != 3)}" for k in range(FRAMES)]
-    score = score_scenes(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
+    score = score_scene(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
     assert list(score.tracks) == [TRACKS]
     assert (score.detection.right, score.detection.wrong, score.detection.missed) == (FRAMES - 1, 0, 1)
 
 
 def test_frames_that_a_track_file_leaves_out_are_missed(tmp_path: Path) -> None:
     rows = [f"{k * STEP_US},t1,{30 + k},18,0,10,4,2,1" for k in (2, 3, 4, 8)]
-    score = score_scenes(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
+    score = score_scene(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
     assert (score.detection.right, score.detection.missed) == (4, FRAMES - 4)
 
 
 def test_slow_track_file_is_asked_for_its_own_frames_only(tmp_path: Path) -> None:
     rows = [f"{k * STEP_US},t1,{30 + k},18,0,10,4,2,1" for k in (0, 5)]
-    score = score_scenes(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
+    score = score_scene(compare_tracks(write_csv(tmp_path / "tracks.csv", *rows), write_scene(tmp_path)))
     assert (score.detection.right, score.detection.missed) == (2, 0)
 
 
@@ -117,7 +119,7 @@ def test_mot_text_is_scored_by_overlap_in_the_image(tmp_path: Path) -> None:
     # The truth's boxes, 1-based in MOT, and a second object that nobody knows.
     boxes = [f"{k + 1},7,{281.5 + 10 * k},171.5,40,20,1,-1,-1,-1" for k in range(FRAMES)]
     (tmp_path / "tracks.txt").write_text("\n".join([*boxes, "1,8,100,100,40,20,1"]), encoding="utf-8")
-    score = score_scenes(compare_tracks(tmp_path / "tracks.txt", scene))
+    score = score_scene(compare_tracks(tmp_path / "tracks.txt", scene))
     assert (score.detection.right, score.detection.wrong, score.detection.missed) == (FRAMES, 1, 0)
     assert score.detection.most_error_m == pytest.approx(0.0, abs=1e-6)
     assert score.tracks[TRACKS].loc_a == pytest.approx(1.0)
@@ -160,9 +162,9 @@ def test_who_is_parked_beside_the_roads_of_the_scene_is_not_asked_for(tmp_path: 
     lines = (scene / "truth.csv").read_text(encoding="utf-8")
     parked = [row(frame * STEP_US, "parked1", speed_mps=0).replace("18.0", "9.0") for frame in range(FRAMES)]
     (scene / "truth.csv").write_text("\n".join([lines.rstrip(), *parked, ""]), encoding="utf-8")
-    assert score_scenes(compare_log(log, scene)).detection.missed == 1 + FRAMES
+    assert score_scene(compare_log(log, scene)).detection.missed == 1 + FRAMES
     (scene / "site.toml").write_text(SITE.partition("[camera]")[0] + LANE, encoding="utf-8")
-    score = score_scenes(compare_log(log, scene)).detection
+    score = score_scene(compare_log(log, scene)).detection
     assert (score.right, score.missed, score.standing_missed) == (FRAMES - 1, 1, 0)
 
 
@@ -174,11 +176,9 @@ def test_view_comes_from_the_scene_before_the_run(tmp_path: Path) -> None:
     assert isinstance(from_run, SceneView)
     assert isinstance(from_scene, SceneView)
     assert camera is not None
-    assert (from_run.width_px, from_run.height_px) == (camera.width_px, camera.height_px)
-    assert from_scene.pixel_from_ground is not None
-    assert from_scene.pixel_from_ground / from_scene.pixel_from_ground[2, 2] == pytest.approx(
-        np.array([[10.0, 0.0, 0.0], [0.0, -10.0, 360.0], [0.0, 0.0, 1.0]])
-    )
+    assert from_run.size_px == (camera.width_px, camera.height_px)
+    assert isinstance(from_scene.camera, GroundCamera)
+    assert from_scene.camera.to_pixels([[30.0, 18.0]]) == pytest.approx(np.array([[300.0, 180.0]]))
 
 
 def test_first_view_of_a_moving_camera_says_nothing_of_the_others(tmp_path: Path) -> None:
@@ -189,9 +189,9 @@ def test_first_view_of_a_moving_camera_says_nothing_of_the_others(tmp_path: Path
     write_camera_track(scene / "camera.csv", CameraTrack(np.array([0, STEP_US]), (pose, pose)))
     view = load_scene_view(scene)
     assert view is not None
-    assert view.track is not None
+    assert isinstance(view.camera, CameraTrack)
     (scene / "camera.csv").rename(scene / "poses.csv")
     (scene / "site.toml").write_text(SITE + 'moving = true\nposes = "poses.csv"\n', encoding="utf-8")
     view = load_scene_view(scene)
     assert view is not None
-    assert view.track is not None
+    assert isinstance(view.camera, CameraTrack)
