@@ -31,8 +31,10 @@ from benchmarks.peer_identity import SWEEPS, as_detections, best_of_peer, name_r
 from benchmarks.tracker_runners import PEERS, Followed, Job, Settings
 from data_gen.scenarios.catalogue import SCENARIOS
 from dyknow.streams.hypotheses import Hypotheses
-from service.questions.scoring.evaluate import Evaluation, RecognisedEvent
+from service.questions.scoring.evaluate import Evaluation
+from service.records.events import EventRecord
 from tests.benchmarks.test_lost_tracks import drive
+from tests.service.logs import overtake, run
 
 ROWS_A_SECOND = 1_000_000 // STEP_US
 
@@ -236,7 +238,7 @@ def test_row_says_counts_shares_and_intervals() -> None:
         "wrong links of all cases: 4, validated in the end: 2, 0.500 [0.150 to 0.850]\n"
         "right links of all cases: 10, undecided in the end: 2, 0.200 [0.057 to 0.510]"
     )
-    event = RecognisedEvent("e1", "overtake", {}, 0, 1)
+    event = EventRecord.of(overtake(0, 1, roles={}), run(), "e1")
     score = Evaluation("overtake", (), (), (event,), ())
     assert overtake_text(ROW, score) == "| rural | gap 4 | 0 | 1 | 0 | 0 | 0.000 [0.000 to 0.793] | - |"
 

@@ -12,7 +12,8 @@ from service.cli.printing import format_table, print_json
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from service.questions.scoring.evaluate import Evaluation, RecognisedEvent, TrueEvent
+    from service.questions.scoring.evaluate import Evaluation, TrueEvent
+    from service.records.events import EventRecord
 
 SCENARIO = "rural_overtaking"
 PORT = 8420
@@ -77,7 +78,7 @@ def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
         yield (f"{fact.start_us:015d}", "", "", "", *_cells(fact), "missed")
 
 
-def _cells(event: "RecognisedEvent | TrueEvent") -> tuple[str, str, str]:
+def _cells(event: "EventRecord | TrueEvent") -> tuple[str, str, str]:
     from service.records.times import format_media
 
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"

@@ -7,7 +7,6 @@ that is not countable (cut by the view, say) is *border*: recognising it is neit
 that overlaps it within as much.
 """
 
-import csv
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +22,8 @@ from data_gen.truth.event import INTERCHANGEABLE, ROLES
 from service.errors import TruthError
 from service.questions.scoring.pairs import FloatArray
 from service.questions.scoring.proportions import share, wilson_interval
+from service.questions.scoring.truth_rows import read_truth
+from service.records.events import EventRecord
 from service.texts.chronicle_files import read_text
 
 TOLERANCE_US = 2_000_000
@@ -43,17 +44,6 @@ class TrueEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class RecognisedEvent:
-    """Hold one event of a log; ``roles`` maps role names to car symbols."""
-
-    id: str
-    type: str
-    roles: Mapping[str, str]
-    start_us: int
-    end_us: int
-
-
-@dataclass(frozen=True, slots=True)
 class Positions:
     """Hold where things were: one row an object and time, sorted by time.
 
@@ -71,7 +61,7 @@ class Positions:
 class Match:
     """Tie a recognised event to the true event it stands for."""
 
-    recognised: RecognisedEvent
+    recognised: EventRecord
     true: TrueEvent
 
 
@@ -90,9 +80,9 @@ class Evaluation:
     type: str
     right: tuple[Match, ...]
     border: tuple[Match, ...]
-    wrong: tuple[RecognisedEvent, ...]
+    wrong: tuple[EventRecord, ...]
     missed: tuple[TrueEvent, ...]
-    unjudged: tuple[RecognisedEvent, ...] = ()
+    unjudged: tuple[EventRecord, ...] = ()
     has_truth: bool = True
 
     @property
@@ -149,7 +139,7 @@ class Evaluation:
 
 
 def evaluate_events(
-    recognised: Sequence[RecognisedEvent],
+    recognised: Sequence[EventRecord],
     cars: Positions,
     truth: Sequence[TrueEvent],
     vehicles: Positions,
@@ -197,11 +187,12 @@ def load_truth(folder: Path) -> tuple[list[TrueEvent], Positions]:
     TruthError
         If a file is missing or a line of it cannot be read.
     """
-    events_path, positions_path = folder / "truth_events.jsonl", folder / "truth.csv"
-    for path in (events_path, positions_path):
-        if not path.is_file():
-            raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
-    return _load_true_events(events_path), _load_true_positions(positions_path)
+    path = folder / "truth_events.jsonl"
+    if not path.is_file():
+        raise TruthError(f"{folder}: expected a truth folder with {path.name}, got none there")
+    events = _load_true_events(path)
+    t_us, names, centre_m = read_truth(folder, ("id",), ("x_m", "y_m"))
+    return events, Positions(t_us, tuple(names[:, 0].tolist()), centre_m)
 
 
 def _load_true_events(path: Path) -> list[TrueEvent]:
@@ -216,22 +207,6 @@ def _load_true_events(path: Path) -> list[TrueEvent]:
     return events
 
 
-def _load_true_positions(path: Path) -> Positions:
-    t_us, ids, centres = [], [], []
-    for number, row in enumerate(csv.DictReader(read_text(path, "truth file", TruthError).splitlines()), start=2):
-        try:
-            t_us.append(int(np.int64(int(row["t_us"]))))
-            ids.append(row["id"])
-            centres.append((float(row["x_m"]), float(row["y_m"])))
-            if not np.isfinite(centres[-1]).all():
-                raise ValueError("not finite")
-        except (ValueError, KeyError, TypeError, OverflowError) as error:
-            raise TruthError(f"{path}:{number}: expected t_us, id, x_m, y_m, got {row!r}") from error
-    if not t_us:
-        raise TruthError(f"{path}: expected at least one row with t_us, id, x_m, y_m, got none")
-    return positions_from_rows(t_us, ids, centres)
-
-
 def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Sequence[tuple[float, float]]) -> Positions:
     """Sort rows of positions by time."""
     times = np.fromiter(t_us, dtype=np.int64)
@@ -240,7 +215,7 @@ def positions_from_rows(t_us: Iterable[int], ids: Iterable[str], centre_m: Seque
     return Positions(times[order], tuple(names.tolist()), np.array(centre_m, dtype=np.float64).reshape(-1, 2)[order])
 
 
-def _nearest_vehicle(car: str, event: RecognisedEvent, cars: Positions, vehicles: Positions) -> str | None:
+def _nearest_vehicle(car: str, event: EventRecord, cars: Positions, vehicles: Positions) -> str | None:
     """Find the vehicle that a car was during an event, or right before and after it if nobody saw the car meanwhile."""
     rows = _rows_between(cars, event.start_us, event.end_us)
     seen = [row for row in rows if cars.ids[row] == car]
@@ -272,7 +247,7 @@ def _rows_between(positions: Positions, start_us: int, end_us: int) -> range:
 
 
 def _assign(
-    claims: Sequence[RecognisedEvent], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
+    claims: Sequence[EventRecord], roles: Sequence[Mapping[str, str | None]], facts: Sequence[TrueEvent]
 ) -> list[tuple[int, int]]:
     """Match claims to facts one to one, as many as possible, then as near in time as possible."""
     impossible = 1e12
@@ -292,7 +267,7 @@ def _are_same_vehicles(roles: Mapping[str, str | None], fact: TrueEvent) -> bool
     return all(roles.get(role) == vehicle for role, vehicle in fact.roles.items())
 
 
-def _is_right(claim: RecognisedEvent, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
+def _is_right(claim: EventRecord, roles: Mapping[str, str | None], fact: TrueEvent) -> bool:
     if not _are_same_vehicles(roles, fact):
         return False
     if not fact.countable:  # When it is may be what nobody can tell.

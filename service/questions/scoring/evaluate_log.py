@@ -21,7 +21,6 @@ from service.questions.observations.stored_events import chronicles_of
 from service.questions.scoring.evaluate import (
     Evaluation,
     Positions,
-    RecognisedEvent,
     TrueEvent,
     evaluate_events,
     load_truth,
@@ -29,6 +28,7 @@ from service.questions.scoring.evaluate import (
 )
 from service.questions.scoring.pairs import BoolArray, FloatArray, IntArray, ground_pairs
 from service.questions.scoring.truth_rows import nearest_times
+from service.records.events import EventRecord
 from service.records.runs import RunRecord
 from service.records.seen import CarState
 from service.store.log import EventLog, open_log
@@ -130,11 +130,10 @@ def _check_type(event_type: str, run: RunRecord, truth: Iterable[TrueEvent]) -> 
         )
 
 
-def load_events(log: EventLog, run_id: str, event_type: str) -> list[RecognisedEvent]:
+def load_events(log: EventLog, run_id: str, event_type: str) -> list[EventRecord]:
     """Read the recognised events of one type in one run, ordered by start."""
     wanted = EventFilter(types=(event_type,), runs=(run_id,))
-    events = (decode_event(text) for text in iterate_events(log, wanted))
-    return [RecognisedEvent(one.id, one.type, one.roles, one.start_us, one.end_us) for one in events]
+    return [decode_event(text) for text in iterate_events(log, wanted)]
 
 
 def _positions(states: Sequence[CarState]) -> Positions:

@@ -10,12 +10,13 @@ from benchmarks.pooled_scores import merge_evaluations
 from service.errors import TruthError
 from service.questions.scoring.evaluate import (
     Positions,
-    RecognisedEvent,
     TrueEvent,
     evaluate_events,
     load_truth,
     positions_from_rows,
 )
+from service.records.events import EventRecord
+from tests.service.logs import overtake, run
 
 SECOND = 1_000_000
 
@@ -30,9 +31,13 @@ CARS = lane_positions(car1=0.5, car2=20.0, car3=60.0)
 VEHICLES = lane_positions(a=0.0, b=20.3, c=40.0)
 
 
-def claim(overtaker: str, overtaken: str, start_s: float, end_s: float, name: str = "e1") -> RecognisedEvent:
+def recognised(name: str, type_: str, roles: dict[str, str], start_us: int, end_us: int) -> EventRecord:
+    return EventRecord.of(overtake(start_us, end_us, type=type_, roles=roles), run(), name)
+
+
+def claim(overtaker: str, overtaken: str, start_s: float, end_s: float, name: str = "e1") -> EventRecord:
     roles = {"overtaker": overtaker, "overtaken": overtaken, "road": "we"}
-    return RecognisedEvent(name, "overtake", roles, round(start_s * SECOND), round(end_s * SECOND))
+    return recognised(name, "overtake", roles, round(start_s * SECOND), round(end_s * SECOND))
 
 
 def fact(overtaker: str, overtaken: str, start_s: float, end_s: float, *, countable: bool = True) -> TrueEvent:
@@ -40,7 +45,7 @@ def fact(overtaker: str, overtaken: str, start_s: float, end_s: float, *, counta
     return TrueEvent("overtake", roles, round(start_s * SECOND), round(end_s * SECOND), countable)
 
 
-def counts(claims: list[RecognisedEvent], facts: list[TrueEvent]) -> tuple[int, int, int, int]:
+def counts(claims: list[EventRecord], facts: list[TrueEvent]) -> tuple[int, int, int, int]:
     result = evaluate_events(claims, CARS, facts, VEHICLES, event_type="overtake")
     return len(result.right), len(result.border), len(result.wrong), len(result.missed)
 
@@ -96,7 +101,7 @@ def test_one_truth_is_found_once() -> None:
 
 
 def test_other_event_types_take_no_part() -> None:
-    other = RecognisedEvent("e", "pass", {"overtaker": "car1", "overtaken": "car2"}, 2 * SECOND, 5 * SECOND)
+    other = recognised("e", "pass", {"overtaker": "car1", "overtaken": "car2"}, 2 * SECOND, 5 * SECOND)
     assert counts([other], [fact("a", "b", 2, 5)]) == (0, 0, 0, 1)
 
 
@@ -147,8 +152,8 @@ def breakdown(vehicle: str) -> TrueEvent:
     return TrueEvent("breakdown", {"car": vehicle}, 2 * SECOND, 3 * SECOND, countable=True)
 
 
-def breakdowns(*cars: str) -> list[RecognisedEvent]:
-    return [RecognisedEvent(f"e{car}", "breakdown", {"car": car}, 2 * SECOND, 3 * SECOND) for car in cars]
+def breakdowns(*cars: str) -> list[EventRecord]:
+    return [recognised(f"e{car}", "breakdown", {"car": car}, 2 * SECOND, 3 * SECOND) for car in cars]
 
 
 def test_events_of_a_type_without_truth_are_unjudged_and_not_wrong() -> None:
@@ -165,7 +170,7 @@ def test_one_event_of_a_type_says_that_the_truth_tells_of_it() -> None:
 
 def test_every_type_of_a_generated_scene_is_judged_without_any_there() -> None:
     for name in ("overtake", "pass", "turn_left", "follow", "wrong_way", "near_miss", "queue_jump"):
-        claims = [RecognisedEvent("e1", name, {"car": "car1"}, SECOND, SECOND)]
+        claims = [recognised("e1", name, {"car": "car1"}, SECOND, SECOND)]
         assert len(evaluate_events(claims, CARS, [], VEHICLES, event_type=name).wrong) == 1
 
 
@@ -179,7 +184,7 @@ def test_unjudged_events_of_several_scenes_add_up() -> None:
 @pytest.mark.parametrize(("type_", "right"), [("near_miss", 1), ("pass", 0)], ids=["near miss", "pass"])
 def test_only_the_roles_of_a_near_miss_may_be_exchanged(type_: str, right: int) -> None:
     roles = ("car", "other") if type_ == "near_miss" else ("passer", "passed")
-    one = RecognisedEvent("e1", type_, dict(zip(roles, ("car1", "car2"), strict=True)), 2 * SECOND, 3 * SECOND)
+    one = recognised("e1", type_, dict(zip(roles, ("car1", "car2"), strict=True)), 2 * SECOND, 3 * SECOND)
     true = TrueEvent(type_, dict(zip(roles, ("b", "a"), strict=True)), 2 * SECOND, 3 * SECOND, countable=True)
     assert len(evaluate_events([one], CARS, [true], VEHICLES, event_type=type_).right) == right
 
