@@ -21,6 +21,7 @@ import sqlite3
 import time
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
@@ -117,8 +118,6 @@ class EventLog:
         self._mode = mode
         self._closing = ExitStack()
         self.read_from = up_to_date(place, self._closing, may_be_empty=mode == "w") if place.exists() else place
-        self._reading: Engine | None = None
-        self._writing: Engine | None = None
 
     def begin_run(self, run: RunRecord) -> RunWriter:
         """Start a run, creating the log if need be.
@@ -140,8 +139,6 @@ class EventLog:
             raise LogError(f"run: expected an identifier of 1 to 64 letters, digits, '.', '_' or '-', got {run.id!r}")
         lock = self.place.lock(run.id)
         self._closing.callback(lock.release)
-        if self._writing is None:
-            self._writing = self._engine(self.place)
         run_no = self._add_run(self._writing, run)
         if run_no is not None:
             return RunWriter(self._writing, self.place, run_no, run, lock.release)
@@ -152,7 +149,7 @@ class EventLog:
         beside = self.place.beside(run.id)
         beside.remove()  # of a repeat that was killed
         self._closing.callback(beside.remove)
-        engine = self._engine(beside)
+        engine = self._closed_after_use(beside.writing())
         run_no = self._add_run(engine, run)
         assert run_no is not None, beside
 
@@ -180,8 +177,15 @@ class EventLog:
             insert_rows(connection, table, [row])
         return run_no
 
-    def _engine(self, database: Database) -> Engine:
-        engine = database.writing()
+    @cached_property
+    def _reading(self) -> Engine:
+        return self._closed_after_use(self.read_from.reading())
+
+    @cached_property
+    def _writing(self) -> Engine:
+        return self._closed_after_use(self.place.writing())
+
+    def _closed_after_use(self, engine: Engine) -> Engine:
         self._closing.callback(engine.dispose)
         return engine
 
@@ -207,17 +211,12 @@ class EventLog:
     @contextmanager
     def connect(self) -> Iterator[Connection]:
         """Give a connection for reading, in one transaction: everything read through it is one state of the log."""
-        if self._reading is None:
-            self._reading = self.read_from.reading()
-            self._closing.callback(self._reading.dispose)
         with explained(self.place, "a log that can be read"), self._reading.begin() as connection:
             yield connection
 
     @contextmanager
     def change(self) -> Iterator[Connection]:
         """Give a connection that writes what belongs to no run, in one transaction; others wait for its end."""
-        if self._writing is None:
-            self._writing = self._engine(self.place)
         with explained(self.place, "a log that can be written"), self._writing.begin() as connection:
             yield connection
 
@@ -428,8 +427,6 @@ class HastyLog(EventLog):
 
     def __init__(self, place: Database, mode: Mode) -> None:
         super().__init__(place, mode)
-        with super().connect():
-            assert self._reading is not None
         self._kept = self._closing.enter_context(self._reading.connect())
         self._due_s = 0.0
         driver = self._kept.connection.driver_connection

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise, repeat
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, NamedTuple  # a value of a column is of any type
+from typing import Any  # a value of a column is of any type
 
 import numpy as np
 from msgspec.structs import fields
@@ -72,7 +72,7 @@ def unpacked(
     ------
     Rows by time, those of a moment by name (car2 before car10); relation changes as they were decided.
     """
-    for _, parts in _spans(kind, chunks, _Wanted(from_us, to_us, where), log):
+    for _, parts in _spans(kind, chunks, log, from_us=from_us, to_us=to_us, where=where):
         rows = [row for part in parts for row in part.records(kind)]
         yield from rows if kind is RELATIONS else [rows[place] for place in _by_time(kind, parts)]
 
@@ -93,23 +93,21 @@ def numbers(
     Of each span where it begins, whose each row is, and (names, rows) what it says, nan where it says nothing; in the
     order of `unpacked`.
     """
-    for span_us, parts in _spans(kind, chunks, _Wanted(), log):
+    for span_us, parts in _spans(kind, chunks, log):
         order = _by_time(kind, parts)
         owners = [owner for part in parts for owner in part.columns[kind.of].values(part.chosen)]
         table = np.hstack([np.zeros((len(names), 0)), *(part.numbers(kind, names) for part in parts)])
         yield span_us, [owners[place] for place in order], table[:, order]
 
 
-class _Wanted(NamedTuple):
-    """Which rows of a chunk are wanted, as in `unpacked`."""
-
-    from_us: int | None = None
-    to_us: int | None = None
-    where: Where = MappingProxyType({})
-
-
 def _spans(
-    kind: ChunkKind[Any], chunks: Iterable[Chunk], wanted: _Wanted, log: str
+    kind: ChunkKind[Any],
+    chunks: Iterable[Chunk],
+    log: str,
+    *,
+    from_us: int | None = None,
+    to_us: int | None = None,
+    where: Where = MappingProxyType({}),
 ) -> Iterator[tuple[int, Sequence["_Part"]]]:
     """Open the chunks of one span after the other; at the end, tell which are missing."""
     missing: list[tuple[int, str]] = []
@@ -122,7 +120,7 @@ def _spans(
                 except DamagedChunkError as error:
                     missing.append((span_us, str(error)))
                 else:
-                    parts.append(_Part(columns, _chosen(columns, wanted)))
+                    parts.append(_Part(columns, _chosen(columns, from_us, to_us, where)))
             yield span_us, parts
     finally:
         for line in said_of_missing(kind.name, missing):
@@ -194,8 +192,7 @@ class _Part:
         return self.columns[name].codes[self.chosen]
 
 
-def _chosen(columns: Mapping[str, Column], wanted: _Wanted) -> LongArray:
-    from_us, to_us, where = wanted
+def _chosen(columns: Mapping[str, Column], from_us: int | None, to_us: int | None, where: Where) -> LongArray:
     t_us = columns["t_us"].codes
     is_chosen = np.ones(len(t_us), np.bool_)
     if from_us is not None:

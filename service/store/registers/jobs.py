@@ -5,9 +5,10 @@ run, and can take its lock, knows that its worker is gone, and takes it up again
 """
 
 from collections.abc import Collection
+from typing import Any
 
 from msgspec.structs import astuple
-from sqlalchemy import ColumnElement, Connection, func, select, update
+from sqlalchemy import ColumnElement, Select, func, select, update
 
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
@@ -48,9 +49,9 @@ class Jobs:
         """Add a job at the end; one that is here already is given as it is."""
         with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a number
-            known = _read(connection, schema.jobs.c.id == job_id)
-            if known:
-                return known[0]
+            known = connection.execute(_jobs(schema.jobs.c.id == job_id)).one_or_none()
+            if known is not None:
+                return Job(*known)
             last = connection.scalar(select(func.max(schema.jobs.c.number))) or 0
             job = Job(last + 1, job_id, request, kind=kind)
             insert_rows(connection, schema.jobs, [astuple(job)])
@@ -58,8 +59,7 @@ class Jobs:
 
     def listed(self, *, after: int = 0, most: int | None = None) -> list[Job]:
         """List all jobs in their order, or so many at most behind a number."""
-        with self._log.connect() as connection:
-            return _read(connection, schema.jobs.c.number > after, most=most)
+        return self._log.rows(Job, _jobs(schema.jobs.c.number > after).limit(most))
 
     def take(self, kind: JobKind = "run", *, but: Collection[str] = ()) -> "TakenJob | None":
         """Begin the first job of a kind that waits, or where none does one that was left; None if there is none.
@@ -82,8 +82,7 @@ class Jobs:
     def first(self, state: JobState, kind: JobKind) -> list[Job]:
         """List the first thousand jobs of a kind that are in a state, in their order."""
         jobs = schema.jobs.c
-        with self._log.connect() as connection:
-            return _read(connection, jobs.state == state, jobs.kind == kind, most=_MOST_WORKERS)
+        return self._log.rows(Job, _jobs(jobs.state == state, jobs.kind == kind).limit(_MOST_WORKERS))
 
     def is_left(self, job_id: str) -> bool:
         """Tell whether nobody is at a job."""
@@ -127,8 +126,7 @@ class Jobs:
         NotInLogError
             If there is none.
         """
-        with self._log.connect() as connection:
-            found = _read(connection, schema.jobs.c.id == job_id)
+        found = self._log.rows(Job, _jobs(schema.jobs.c.id == job_id))
         if not found:
             raise NotInLogError(f"log {self._log.place.name!r}: expected the id of one of its jobs, got {job_id!r}")
         return found[0]
@@ -215,8 +213,5 @@ def count_jobs(log: EventLog) -> dict[str, int]:
         return {one: count for one, count in connection.execute(select(state, func.count()).group_by(state))}  # noqa: C416
 
 
-def _read(connection: Connection, *conditions: ColumnElement[bool], most: int | None = None) -> list[Job]:
-    query = select(schema.jobs).where(*conditions).order_by(schema.jobs.c.number).limit(most)
-    return [
-        Job(**{**row._mapping, "cancel_requested": bool(row.cancel_requested)}) for row in connection.execute(query)
-    ]
+def _jobs(*conditions: ColumnElement[bool]) -> Select[Any]:  # Any: rows have the types of the table's columns
+    return select(schema.jobs).where(*conditions).order_by(schema.jobs.c.number)
