@@ -157,9 +157,9 @@ def hidden_times(chain: Iterable[IdentityLink]) -> Iterator[tuple[int, int]]:
 
 
 def _begun(change: LinkRecord, verdict: str) -> IdentityLink:
-    link = IdentityLink(change.level, change.lower, change.upper, change.t_us, None, "", verdict=verdict)
     how = f"{change.kind}: {change.reason}" if change.reason else change.kind
-    return replace(link, how=how, hidden_us=change.hidden_us, **_weighed(change))
+    link = IdentityLink(change.level, change.lower, change.upper, change.t_us, None, "", how, verdict)
+    return replace(link, hidden_us=change.hidden_us, **_weighed(change))
 
 
 def _weighed(change: LinkRecord) -> dict[str, float | str | None]:

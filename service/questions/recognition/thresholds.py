@@ -37,23 +37,19 @@ class _Measure:
     values: FloatArray
     is_most: bool = True
 
-    def ratios(self, limit: float) -> FloatArray:
+    def ratios(self, settings: RelationSettings) -> FloatArray:
         """Say by which factor each value is beyond its bound; above 1 it is."""
-        values = np.maximum(self.values, _SLIGHT)
-        return values / limit if self.is_most else limit / values
+        limit, values = getattr(settings, self.setting), np.maximum(self.values, _SLIGHT)
+        return np.asarray(values / limit if self.is_most else limit / values)
 
-    def told(self, row: int, limit: float) -> str:
+    def told(self, row: int, settings: RelationSettings) -> str:
         """Say what was measured, and what was asked."""
-        side = "above" if self.is_most else "below"
+        side, limit = "above" if self.is_most else "below", getattr(settings, self.setting)
         return f"{self.words} was {self.values[row]:.2f} {self.unit}, {side} {SETTINGS}{self.setting} ({limit:g})"
 
 
-@dataclass(frozen=True, slots=True)
-class _Measured:
-    """The measures of a relation in n frames, and in which of them nothing else was against it."""
-
-    is_else_met: BoolArray
-    measures: Sequence[_Measure]
+_Measured = tuple[BoolArray, Sequence[_Measure]]
+"""In which of n frames nothing else was against a relation, and its measures."""
 
 
 def with_settings(log: EventLog, run: RunRecord, found: WhyNot) -> WhyNot:
@@ -114,27 +110,28 @@ def _frames(log: EventLog, run_id: str, cars: Sequence[str], span: _Span) -> lis
 
 def _nearest(frames: Sequence[tuple[CarState, ...]], name: str, settings: RelationSettings) -> tuple[float, str] | None:
     """Say of the frame in which a relation came nearest to being true which settings were against it."""
-    if not frames:
+    is_else_met, measures = _measured(frames, name, settings)
+    if not measures:
         return None
-    if name == "moving":
-        speed_mps = np.array([one.speed_mps for (one,) in frames])
-        measures = [_Measure("moving_mps", "the speed", "m/s", speed_mps, is_most=False)]
-        measured = _Measured(np.ones(len(frames), np.bool_), measures)
-    elif len(frames[0]) == 2:
-        measured = _pair(frames, name, settings)
-    else:
-        return None
-    limits = [getattr(settings, one.setting) for one in measured.measures]
-    if not limits:
-        return None
-    ratios = np.array([one.ratios(limit) for one, limit in zip(measured.measures, limits, strict=True)])
-    worst = np.where(measured.is_else_met & (ratios.max(axis=0) > 1), ratios.max(axis=0), np.inf)
+    ratios = np.array([one.ratios(settings) for one in measures])
+    worst = np.where(is_else_met & (ratios.max(axis=0) > 1), ratios.max(axis=0), np.inf)
     row = int(worst.argmin())
     if not np.isfinite(worst[row]):
         return None
-    pairs = zip(measured.measures, limits, ratios[:, row], strict=True)
-    said = " and ".join(one.told(row, limit) for one, limit, ratio in pairs if ratio > 1)
+    said = " and ".join(
+        one.told(row, settings) for one, ratio in zip(measures, ratios[:, row], strict=True) if ratio > 1
+    )
     return float(worst[row]), f"at {format_media(frames[row][0].t_us)} {said}"
+
+
+def _measured(frames: Sequence[tuple[CarState, ...]], name: str, settings: RelationSettings) -> _Measured:
+    always = np.ones(len(frames), np.bool_)
+    if not frames:
+        return always, []
+    if name == "moving":
+        speed_mps = np.array([one.speed_mps for (one,) in frames])
+        return always, [_Measure("moving_mps", "the speed", "m/s", speed_mps, is_most=False)]
+    return _pair(frames, name, settings) if len(frames[0]) == 2 else (always, [])
 
 
 def _pair(frames: Sequence[tuple[CarState, ...]], name: str, settings: RelationSettings) -> _Measured:
@@ -156,28 +153,21 @@ def _pair(frames: Sequence[tuple[CarState, ...]], name: str, settings: RelationS
     match name:
         case "close":
             apart_m = settings.close_m - values[Switch.CLOSE]
-            return _Measured(
-                np.ones(count, np.bool_), [_Measure("close_m", "the distance between the bodies", "m", apart_m)]
-            )
+            return np.ones(count, np.bool_), [_Measure("close_m", "the distance between the bodies", "m", apart_m)]
         case "beside":
             lateral = _Measure("beside_lateral_m", "the lateral distance", "m", aside)
-            return _Measured(is_off_road & is_beside, [lateral, turn])
+            return is_off_road & is_beside, [lateral, turn]
         case "behind" | "ahead":
-            return _Measured(is_off_road & (rear_m < 0 if name == "behind" else front_m > 0), [turn])
+            return is_off_road & (rear_m < 0 if name == "behind" else front_m > 0), [turn]
         case "same_direction":
-            return _Measured(is_off_road, [turn])
+            return is_off_road, [turn]
         case "following" | "short_headway":
             limit, least = "following_s", "moving_mps"
             if name == "short_headway":
                 limit, least = "short_headway_s", "short_headway_least_mps"
-            return _Measured(
-                is_next,
-                [
-                    _Measure(limit, "the time gap", "s", gap_s),
-                    _Measure(least, "the speed", "m/s", speed_mps, is_most=False),
-                ],
-            )
-    return _Measured(is_known, [])
+            gap = _Measure(limit, "the time gap", "s", gap_s)
+            return is_next, [gap, _Measure(least, "the speed", "m/s", speed_mps, is_most=False)]
+    return is_known, []
 
 
 def _footprints(cars: Sequence[CarState], is_on_road: BoolArray) -> Footprints:

@@ -5,8 +5,8 @@ are predicted and not seen are left out on both levels.
 """
 
 import csv
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,8 +76,9 @@ def load_tracks(path: Path, *, span_us: tuple[int, int], frame_us: IntArray, vie
         return Found(frame_us, _read_mot(path, frame_us, view))
     tracks = load_trajectories(path)
     frames = _fill(tracks.times_us, span_us)
-    is_seen = _read_visible(path, tracks)
-    return Found(frames, _of_trajectories(tracks, frames, is_seen))
+    # In the order of time, as the rows of what is asked for.
+    rows = _rows(np.searchsorted(frames, tracks.t_us), tracks.ids, tracks.values[:, [0, 1, 2, 4, 5]])
+    return Found(frames, rows.select(_read_visible(path, tracks)))
 
 
 def _of_log(log: EventLog, run: RunRecord, found: Sequence[SeenObject] | Sequence[CarState]) -> Found:
@@ -87,38 +88,23 @@ def _of_log(log: EventLog, run: RunRecord, found: Sequence[SeenObject] | Sequenc
     names = [one.vision_id if isinstance(one, SeenObject) else one.car for one in found]
     clipped = [isinstance(one, SeenObject) and one.clipped for one in found]
     frame = np.searchsorted(frame_us, np.array([one.t_us for one in found], np.int64))
-    return Found(frame_us, _rows(frame, names, columns.reshape(-1, 5), clipped))
+    rows = replace(_rows(frame, names, columns.reshape(-1, 5)), is_border=np.array(clipped, np.bool_))
+    return Found(frame_us, rows.select(np.argsort(frame, kind="stable")))
 
 
-def _of_trajectories(tracks: Trajectories, frame_us: IntArray, is_seen: BoolArray) -> ObjectRows:
-    x_m, y_m, heading_rad, _, length_m, width_m = tracks.values[is_seen].T
-    names = [name for name, seen in zip(tracks.ids, is_seen.tolist(), strict=True) if seen]
-    frame = np.searchsorted(frame_us, tracks.t_us[is_seen])
-    columns = np.column_stack((x_m, y_m, heading_rad, length_m, width_m))
-    return _rows(frame, names, columns, [False] * len(names))
-
-
-def _rows(
-    frame: NDArray[np.intp],
-    names: Sequence[str],
-    columns: FloatArray,
-    clipped: Iterable[bool],
-    box_px: FloatArray | None = None,
-) -> ObjectRows:
-    """Order rows by frame; columns are x, y, heading, length, width."""
-    rows = ObjectRows(
+def _rows(frame: NDArray[np.intp], names: Sequence[str], columns: FloatArray) -> ObjectRows:
+    """Lay out rows; columns are x, y, heading, length, width."""
+    return ObjectRows(
         frame=frame.astype(np.int64),
         name=np.array(names, np.str_),
         centre_m=columns[:, :2],
         heading_rad=columns[:, 2],
         length_m=columns[:, 3],
         width_m=columns[:, 4],
-        is_border=np.fromiter(clipped, np.bool_, len(frame)),
+        is_border=np.zeros(len(frame), np.bool_),
         is_standing=np.zeros(len(frame), np.bool_),
         kind=np.full(len(frame), "", np.str_),
-        box_px=box_px,
     )
-    return rows.select(np.argsort(frame, kind="stable"))
 
 
 def _fill(times_us: IntArray, span_us: tuple[int, int]) -> IntArray:
@@ -170,10 +156,9 @@ def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
     box_px = np.array(boxes).reshape(-1, 4)
     frame_of = np.array(frames, np.intp)
     centre_m = view.to_ground(frame_us[frame_of], box_px[:, :2] + box_px[:, 2:] / 2)
-    is_ground = np.isfinite(centre_m[:, 0]) & np.isfinite(centre_m[:, 1])
-    columns = np.column_stack((centre_m, np.zeros((len(frames), 3))))
-    kept = [name for name, on_ground in zip(names, is_ground.tolist(), strict=True) if on_ground]
-    return _rows(frame_of[is_ground], kept, columns[is_ground], [False] * len(kept), box_px[is_ground])
+    rows = replace(_rows(frame_of, names, np.column_stack((centre_m, np.zeros((len(frames), 3))))), box_px=box_px)
+    rows = rows.select(np.argsort(frame_of, kind="stable"))
+    return rows.select(np.asarray(np.isfinite(rows.centre_m).all(axis=1)))
 
 
 def _mot_lines(path: Path) -> list[list[str]]:
