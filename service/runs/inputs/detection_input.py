@@ -1,5 +1,6 @@
 """What if all there is are detections? A file of them with a site, and the tracking of its boxes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -13,10 +14,11 @@ from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_si
 from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera
 from service.runs.inputs.sensors.watched_area import watched_area
-from service.runs.inputs.sites.site import Motion, Site, check_picture
+from service.runs.inputs.sites.site import Site, check_picture
 from service.texts.toml_tables import told
-from vision.camera import box_camera
-from vision.networks.stored_detections import StoredDetections
+from vision.camera import Camera, box_camera
+from vision.networks.box_detector import Instant
+from vision.networks.stored_detections import StoredDetections, StoredInstant
 from vision.objects import FloatArray
 from vision.settings import VisionSettings
 
@@ -29,21 +31,13 @@ class DetectionInput(Input):
 
     Attributes
     ----------
-    ground_camera : of all moments, of the first one where the camera moves; None if the file is in metres.
-    area_m : rings (k, 2) of ground; what is detected elsewhere is left out.
-    size_px : width and height of the picture; `NO_PICTURE` without a camera.
-    rate_hz : frames a second, for a file by frame.
-    settings : of vision.
+    instants : the moments of the file.
+    vision : the tracking that looks at them.
     """
 
     kind: ClassVar[InputKind] = "detections"
-    stored: StoredDetections
-    ground_camera: GroundCamera | None
-    area_m: tuple[FloatArray, ...]
-    size_px: tuple[int, int]
-    rate_hz: float | None
-    motion: Motion | None
-    settings: VisionSettings
+    instants: Iterator[StoredInstant]
+    vision: Camera[Instant]
 
     @classmethod
     def fits(cls, asked: Asked) -> bool:
@@ -68,16 +62,23 @@ class DetectionInput(Input):
             raise InputError(
                 f"{path}: expected file_rate_hz in [detector] for detections by frame without a video, got none"
             )
+        area_m = _area(path, camera, site, size_px)
+        poses = site.motion.poses if site and site.motion and camera is not None else None
+        with told(InputError, path, "with the camera and roads of its site"):
+            vision = box_camera(
+                stored,
+                area_m,
+                size_px,
+                pixel_from_ground=None if camera is None else camera.pixel_from_ground,
+                lens=None if camera is None else camera.lens,
+                motion=None if poses is None else StoredPoses(poses, size_px),
+                settings=settings,
+            )
         return cls(
             path=path,
-            stored=stored,
-            ground_camera=camera,
+            instants=stored.instants(details.file_rate_hz),
+            vision=vision,
             network=asked.network,
-            area_m=_area(path, camera, site, size_px),
-            size_px=size_px,
-            rate_hz=details.file_rate_hz,
-            motion=site.motion if site and camera is not None else None,
-            settings=settings,
             detector=describe(choice),
             frame_count=stored.last_key + 1 if stored.is_by_frame else None,
             camera=None if camera is None else camera_record(camera, size_px),
@@ -85,18 +86,7 @@ class DetectionInput(Input):
 
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the moments of the file, and the tracking to look at them."""
-        poses = None if self.motion is None else self.motion.poses
-        with told(InputError, self.path, "with the camera and roads of its site"):
-            vision = box_camera(
-                self.stored,
-                self.area_m,
-                self.size_px,
-                pixel_from_ground=None if self.ground_camera is None else self.ground_camera.pixel_from_ground,
-                lens=None if self.ground_camera is None else self.ground_camera.lens,
-                motion=None if poses is None else StoredPoses(poses, self.size_px),
-                settings=self.settings,
-            )
-        return Feed(VIDEO, self.stored.instants(self.rate_hz), vision, vision.notes)
+        return Feed(VIDEO, self.instants, self.vision, self.vision.notes)
 
 
 def _camera(

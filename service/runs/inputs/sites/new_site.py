@@ -4,7 +4,6 @@ Both are CSV files with a header; docs/calibration.md shows them. What is writte
 loading the site fits the camera once more, the same way.
 """
 
-import csv
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -17,6 +16,7 @@ from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.polyline import FloatArray
 from service.errors import SiteError
+from service.texts.csv_table import read_table
 
 PIXELS = ("u_px", "v_px")
 PLACES: Mapping[str, tuple[str, ...]] = {
@@ -26,6 +26,8 @@ PLACES: Mapping[str, tuple[str, ...]] = {
 }
 RANGES = {"lat": (-89.0, 89.0), "lon": (-180.0, 180.0)}
 LANE_NUMBERS = {"width_m": 3.5, "speed_limit_mps": 13.9}  # of a town street, where nobody says more
+
+_Row = tuple[str, dict[str, str]]  # its place, and what it says by column
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,23 +59,22 @@ def read_marks(path: Path, size_px: tuple[int, int]) -> Marks:
     SiteError
         If it cannot be read, its columns leave open what they mean, or a point is out of the picture or off the Earth.
     """
-    rows = list(_rows(path, "points"))
-    header = rows[0][1] if rows else {}
+    header, rows = _read(path, "points")
     kinds = [kind for kind, names in PLACES.items() if set(names) & set(header)]
     forms = " or ".join(",".join((*PIXELS, *names)) for names in PLACES.values())
     if len(kinds) != 1 or not {*PIXELS, *PLACES[kinds[0]]} <= set(header):
         raise SiteError(f"{path}:1: expected the columns {forms}, and name if you like; got {','.join(header)!r}")
     (kind,) = kinds
-    values = np.array([[_number(path, line, row, name) for name in (*PIXELS, *PLACES[kind])] for line, row in rows[1:]])
+    values = np.array([[_number(where, row, name) for name in (*PIXELS, *PLACES[kind])] for where, row in rows])
     if len(values) < 4:
         raise SiteError(f"{path}: expected at least 4 points, better 8, spread over the road; got {len(values)}")
     outside = ((values[:, :2] < -0.5) | (values[:, :2] > np.array(size_px) - 0.5)).any(axis=1)
     if outside.any():
         place = int(np.argmax(outside))
         expected = f"u_px and v_px inside the picture of {size_px[0]} x {size_px[1]} px"
-        raise SiteError(f"{path}:{rows[place + 1][0]}: expected {expected}, got {values[place, :2].tolist()!r}")
+        raise SiteError(f"{rows[place][0]}: expected {expected}, got {values[place, :2].tolist()!r}")
     ground_m, frame = _local(path, kind, values[:, 2:])
-    names = tuple(row.get("name") or str(number) for number, (_, row) in enumerate(rows[1:], start=1))
+    names = tuple(row.get("name") or str(number) for number, (_, row) in enumerate(rows, start=1))
     return Marks(names, np.column_stack((values[:, :2], ground_m)), frame)
 
 
@@ -102,50 +103,40 @@ def site_text(name: str, marks: Marks, size_px: tuple[int, int], lanes: Path | N
 
 
 def _lane_tables(path: Path) -> Iterator[str]:
-    rows = list(_rows(path, "lanes"))
-    header = rows[0][1] if rows else {}
+    header, rows = _read(path, "lanes")
     if not {"lane", *PIXELS} <= set(header):
         raise SiteError(f"{path}:1: expected the columns lane,{','.join(PIXELS)}, got {','.join(header)!r}")
-    lines: dict[str, list[tuple[int, dict[str, str]]]] = {}
-    for line, row in rows[1:]:
-        lines.setdefault(row["lane"], []).append((line, row))
+    lines: dict[str, list[_Row]] = {}
+    for one in rows:
+        lines.setdefault(one[1]["lane"], []).append(one)
     for lane, points in lines.items():
-        line, first = points[0]
-        pixels = [[_number(path, at, row, name) for name in PIXELS] for at, row in points]
+        where, first = points[0]
+        pixels = [[_number(at, row, name) for name in PIXELS] for at, row in points]
         yield f"[[network.lane]]\nid = {json.dumps(lane)}\n" + "".join(
             [
                 f"road = {json.dumps(first['road'])}\n" if first.get("road") else "",
-                f"direction = {int(_number(path, line, first, 'direction'))}\n" if first.get("direction") else "",
+                f"direction = {int(_number(where, first, 'direction'))}\n" if first.get("direction") else "",
                 f"centre_line_px = {pixels}\n",
                 *(
-                    f"{name} = {_number(path, line, first, name) if first.get(name) else usual}\n"
+                    f"{name} = {_number(where, first, name) if first.get(name) else usual}\n"
                     for name, usual in LANE_NUMBERS.items()
                 ),
             ]
         )
 
 
-def _rows(path: Path, what: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a CSV file as rows with their line numbers; the header comes first, as a row of itself."""
+def _read(path: Path, what: str) -> tuple[list[str], list[_Row]]:
+    """Read the header of a CSV file, and its rows."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         came = error.strerror if isinstance(error, OSError) else "another encoding"
         raise SiteError(f"{path}: expected a CSV file of {what} in UTF-8, got {came}") from error
-    reader = csv.DictReader((line for line in text.splitlines()), skipinitialspace=True, strict=True)
-    try:
-        header = [name.strip() for name in reader.fieldnames or ()]
-        reader.fieldnames = header
-        yield 1, {name: name for name in header}
-        for row in reader:
-            if None in row or None in row.values():
-                raise SiteError(f"{path}:{reader.line_num}: expected {len(header)} fields, got {list(row.values())!r}")
-            yield reader.line_num, {name: value.strip() for name, value in row.items()}
-    except csv.Error as error:
-        raise SiteError(f"{path}:{reader.line_num}: expected fields between commas, got {error}") from error
+    header, rows = read_table(str(path), text.splitlines())
+    return header, [(where, dict(zip(header, fields, strict=True))) for where, fields in rows]
 
 
-def _number(path: Path, line: int, row: Mapping[str, str], name: str) -> float:
+def _number(where: str, row: Mapping[str, str], name: str) -> float:
     low, high = RANGES.get(name, (-1e9, 1e9))
     try:
         value = float(row[name])
@@ -154,7 +145,7 @@ def _number(path: Path, line: int, row: Mapping[str, str], name: str) -> float:
     if not low <= value <= high:
         bounds = f"a number from {low:g} to {high:g}" if name in RANGES else "a number"
         swapped = "; are lat and lon swapped?" if name == "lat" and math.isfinite(value) else ""
-        raise SiteError(f"{path}:{line}: {name}: expected {bounds}, got {row[name]!r}{swapped}")
+        raise SiteError(f"{where}: {name}: expected {bounds}, got {row[name]!r}{swapped}")
     return value
 
 
