@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 
@@ -79,9 +79,6 @@ class LiveRequest:
     is_rows: bool = False
 
 
-Request = TypeVar("Request", RunRequest, LiveRequest)
-
-
 def as_text(request: RunRequest | LiveRequest) -> str:
     """Write a request; its files are named by their whole paths, since who processes it may be elsewhere.
 
@@ -90,7 +87,7 @@ def as_text(request: RunRequest | LiveRequest) -> str:
     >>> import math
     >>> from dataclasses import replace
     >>> request = RunRequest(Path("/clips/a.mp4"), None, "a.db", rate_hz=math.inf)
-    >>> read_request(as_text(request), RunRequest, "b.db") == replace(request, log_url="b.db")
+    >>> read_request(as_text(request), "b.db") == replace(request, log_url="b.db")
     True
     """
     plain = msgspec.to_builtins(request, enc_hook=lambda path: str(path.absolute()))
@@ -98,10 +95,11 @@ def as_text(request: RunRequest | LiveRequest) -> str:
     return json.dumps(plain)  # which knows infinity
 
 
-def read_request(text: str, kind: type[Request], log_url: str) -> Request:
+def read_request(text: str, log_url: str) -> RunRequest | LiveRequest:
     """Read a request for the log that it was in."""
     plain = json.loads(text)
     _how(plain)["log_url"] = log_url
+    kind: type[RunRequest | LiveRequest] = LiveRequest if "run" in plain else RunRequest
     return msgspec.convert(plain, kind, dec_hook=lambda kind, value: kind(value))
 
 

@@ -245,11 +245,6 @@ class TrafficStates:
         refuted = self._hindsight.refuted_count
         return self._synchroniser.left_out | ({"changes refuted": refuted} if refuted else {})
 
-    @property
-    def held(self) -> dict[str, int]:
-        """Return how many frames' cars and relations are kept."""
-        return self._synchroniser.held
-
     def take_cars(
         self, t_us: int, cars: Sequence[CarState], hypotheses: Mapping[str, tuple[str, ...]] | None = None
     ) -> list[tuple[int, TrafficState]]:

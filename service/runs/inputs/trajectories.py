@@ -60,8 +60,6 @@ class TrajectoryObjects(Observations):
     is_lost : False: there is no view that could be lost.
     """
 
-    classes: tuple[str, ...] = field(default=(), repr=False)
-    sensors: tuple[str, ...] = field(default=(), repr=False)
     is_lost: bool = False
 
 
@@ -142,19 +140,14 @@ def load_trajectories(path: Path, columns: Mapping[str, str] | None = None) -> T
         raise InputError(f"{path}: expected a readable trajectory file, got {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected text in UTF-8, got byte {error.object[error.start]:#04x}") from error
-    digest = hashlib.blake2b(data, digest_size=DIGEST_BYTES).hexdigest()
-    read = _read(str(path), io.StringIO(text, newline=""), columns or {})
-    return replace(read, size_bytes=len(data), digest=digest)
-
-
-def _read(name: str, lines: io.StringIO, columns: Mapping[str, str]) -> Trajectories:
-    header, fields_of = read_rows(name, lines)
-    reader, rows = RowReader(name, header, columns), Rows()
+    header, fields_of = read_rows(str(path), io.StringIO(text, newline=""))
+    reader, rows = RowReader(str(path), header, columns or {}), Rows()
     for where, fields in fields_of:
         reader.add(rows, where, fields)
     if not rows:
-        raise InputError(f"{name}: expected at least one row of objects, got none")
-    return replace(reader.gathered(rows), warnings=reader.warnings)
+        raise InputError(f"{path}: expected at least one row of objects, got none")
+    digest = hashlib.blake2b(data, digest_size=DIGEST_BYTES).hexdigest()
+    return replace(reader.gathered(rows), warnings=reader.warnings, size_bytes=len(data), digest=digest)
 
 
 class RowReader:

@@ -18,7 +18,7 @@ from service.runs.jobs.worker import ASKED_EVERY_S, Tell, process_job
 from service.runs.machine import Interrupts, look_seldom
 from service.runs.requests import LiveRequest, RunRequest, read_request
 from service.store.databases.location import database_of, log_files
-from service.store.entries import Job, JobKind, JobState
+from service.store.entries import JobKind, JobState
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from service.texts.toml_tables import read_toml
 from vision.errors import VisionError
@@ -96,7 +96,8 @@ class _Placing:
         for job in [one for kind in MOST_RETRIES for state in UNDER_WAY for one in self._jobs.first(state, kind)]:
             if job.id in placed or (job.state == "running" and not self._jobs.is_left(job.id)):
                 continue
-            request = request_of(job, self._log_url)
+            request = read_request(job.request, self._log_url)
+            request = request.run if isinstance(request, LiveRequest) else request
             wanted = {"num_cpus": 1 + (request.workers or 0), "num_gpus": int(self._has_gpu and asks_for_gpu(request))}
             task = self._works[job.kind].options(name=f"job {job.id}", **wanted).remote(self._log_url, job.id)
             self.tasks[task] = job.id
@@ -127,13 +128,6 @@ class _Placing:
             raise ClusterError(f"{wanted}, got {error.cause!r}") from error
         except kinds.RayError as error:  # its process was killed, or its machine is gone
             return [f"job {job_id} is left: {_first_line(error)}"]
-
-
-def request_of(job: Job, log_url: str) -> RunRequest:
-    """Say how the input of a job is processed."""
-    if job.kind == "live":
-        return read_request(job.request, LiveRequest, log_url).run
-    return read_request(job.request, RunRequest, log_url)
 
 
 def asks_for_gpu(request: RunRequest) -> bool:

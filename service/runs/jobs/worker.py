@@ -21,6 +21,7 @@ from vision.errors import VisionError
 
 if TYPE_CHECKING:
     from service.runs.processing import Progress, RunSummary
+    from service.runs.requests import LiveRequest
 
 TOLD_EVERY_S = 1.0
 ASKED_EVERY_S = 1.0
@@ -79,11 +80,11 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
     """
     # What processes takes 100 MB, which a worker that only waits for jobs does not need.
     from service.runs.processing import process
-    from service.runs.requests import RunRequest, read_request
+    from service.runs.requests import LiveRequest, read_request
 
-    if taken.job.kind == "live":
-        return _watch_job(taken, log_url, tell)
-    request = read_request(taken.job.request, RunRequest, log_url)
+    request = read_request(taken.job.request, log_url)
+    if isinstance(request, LiveRequest):
+        return _watch_job(taken, request, tell)
     if request.workers is None and not has_free_cores:
         request = replace(request, workers=0)
     tell(f"job {taken.job.id}: {request.input}")
@@ -126,13 +127,11 @@ def _end(taken: TakenJob, state: JobState, message: str, tell: Tell) -> None:
     tell(f"job {taken.job.id} {'waits again' if state == 'waiting' else 'is ' + state}: {message}")
 
 
-def _watch_job(taken: TakenJob, log_url: str, tell: Tell) -> bool:
+def _watch_job(taken: TakenJob, request: "LiveRequest", tell: Tell) -> bool:
     """Watch a live source to its end, if it has one; False if it waits again, as whatever goes wrong has it do."""
     from service.runs.live.watching import watch
-    from service.runs.requests import LiveRequest, read_request
 
     name, look = f"job {taken.job.id}", _Look(taken)
-    request = read_request(taken.job.request, LiveRequest, log_url)
 
     def tell_of_source(line: str) -> None:
         look.text = line

@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.runs.jobs.worker import work
-from service.runs.requests import RunRequest, read_request
+from service.runs.requests import read_request
 from service.store.databases.location import database_of
 from service.store.entries import Source
 from service.store.log import open_log
@@ -126,7 +126,7 @@ def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url
         named[name[2:]] = str(tracks.parent / name)
     job = begin(client, monitors=[named["monitors"]], kpl=named["kpl"], linkage=named["linkage"])
     with closing(Jobs(database_of(url))) as jobs:
-        request = read_request(jobs.find(str(job["id"])).request, RunRequest, url)
+        request = read_request(jobs.find(str(job["id"])).request, url)
     assert [str(one) for one in (*request.monitor_files, request.kpl_file, request.linkage_file)] == [*named.values()]
     work(url, stays=False, tell=lambda _: None)
     done = client.get(f"/api/v1/jobs/{job['id']}").json()
@@ -153,7 +153,7 @@ def test_all_that_is_asked_for_comes_to_the_request(client: Client, url: str, tr
     asked = {"detector": "onnx:low", "rate_hz": "full", "start_utc": "2026-05-01T08:00:00Z", "min_confidence": 0.5}
     job = begin(client, **asked)
     with closing(Jobs(database_of(url))) as jobs:
-        request = read_request(jobs.find(str(job["id"])).request, RunRequest, url)
+        request = read_request(jobs.find(str(job["id"])).request, url)
     assert (request.input, request.detector, request.rate_hz) == (tracks, "onnx:low", float("inf"))
     assert (request.start_utc_us, request.min_confidence, request.site) == (1_777_622_400_000_000, 0.5, None)
 

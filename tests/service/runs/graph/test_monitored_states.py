@@ -166,7 +166,7 @@ def test_memory_does_not_grow_while_one_side_is_silent(feed: Callable[[TrafficSt
     held = []
     for t_us in range(0, 6 * IDLE_US, 10_000):
         feed(states, t_us)
-        held.append(sum(states.held.values()))
+        held.append(sum(states._synchroniser.held.values()))
     assert max(held) == max(held[: len(held) // 2])
     assert max(held) < 2 * IDLE_US // 10_000
 
@@ -199,7 +199,7 @@ def test_little_is_kept_of_what_has_passed() -> None:
         came = RelationChange("moving", (car,), t_us, t_us, None, True)
         released = states.take_relations(t_us, [(gone, ()), (came, ())]) + states.take_cars(t_us, [state(t_us, car)])
         assert len(released) <= 1
-        assert max(states.held.values()) <= 7
+        assert max(states._synchroniser.held.values()) <= 7
     rest = states.finish()
     assert len(rest) == 5
     assert [rest[-1][1].value("moving", (f"car{t_us}",)) for t_us in (4970, 4980, 4990)] == [None, None, True]
