@@ -47,6 +47,7 @@ class RunWriter:
     Attributes
     ----------
     run_id : the identifier of the run.
+    cars : how many there are, as of the last flush.
     is_repeat : whether its rows are not in the log until it is finished, since there is a run of that identifier.
     """
 
@@ -72,14 +73,9 @@ class RunWriter:
         self._records: dict[type[Struct], list[Struct]] = {kind: [] for kind in _CHUNKED}
         self._counts = dict.fromkeys((schema.events, schema.chunks, *_NUMBERED), 0)
         self._frame_number = 0
-        self._cars = _Cars()
+        self.cars = 0
         self._flushed_us = 0
         self._is_open = True
-
-    @property
-    def cars(self) -> int:
-        """Return how many cars there are, as of the last flush."""
-        return self._cars.count
 
     def append_frames(self, times_us: Iterable[int], *, number: int | None = None) -> None:
         """Add the time stamps of frames that were looked at, with or without cars, in the order of the input.
@@ -102,9 +98,7 @@ class RunWriter:
         """Add cars at one or more frames, in the order of time; a car has one state a frame."""
         for t_us, group in groupby(states, key=attrgetter("t_us")):
             self._flush_when_due(t_us)
-            for state in group:
-                self._records[CarState].append(state)
-                self._cars.see(state)
+            self._records[CarState] += group
 
     def append_events(self, events: Iterable[EventDraft]) -> list[str]:
         """Add recognised events, or newer states of such; return their identifiers.
@@ -157,7 +151,7 @@ class RunWriter:
             for table, rows in self._rows.items():
                 insert_rows(connection, table, rows)
             insert_rows(connection, schema.chunks, list(self._chunk_rows()))
-            self._cars.write(connection, self._run_no)
+            self._write_cars(connection)
         for waiting in self._waiting:
             waiting.clear()
 
@@ -230,6 +224,24 @@ class RunWriter:
         insert_rows(connection, schema.revisions, revised)
         _write_types(connection, self._run_no, [draft for _, draft in self._drafts])
 
+    def _write_cars(self, connection: Connection) -> None:
+        """Write the life spans of cars that are new, and lengthen those of cars seen again."""
+        table = schema.cars
+        seen = _lives(self._records[CarState])
+        query = select(table.c.car, table.c.car_class, table.c.first_us, table.c.last_us)
+        query = query.where(table.c.run_no == self._run_no, table.c.car.in_(seen))
+        known: dict[str, _Life] = {car: (kind, *life_us) for car, kind, *life_us in connection.execute(query)}
+        rows = list[Row]()
+        for name, life in seen.items():
+            if name in known:
+                values = dict(zip(("car_class", "first_us", "last_us"), _longer(known[name], life), strict=True))
+                is_it = (table.c.run_no == self._run_no) & (table.c.car == name)
+                connection.execute(update(table).where(is_it).values(values))
+            else:
+                self.cars += 1
+                rows.append((self._run_no, name, self.cars, *life))
+        insert_rows(connection, table, rows)
+
     def _event_row(self, seq: int, event_id: str, draft: EventDraft) -> Row:
         record = EventRecord.of(draft, self._run, event_id, seq)
         values = asdict(record) | {
@@ -241,40 +253,13 @@ class RunWriter:
         return tuple(values[column.name] for column in schema.events.c)
 
 
-class _Cars:
-    """The life spans of a run's cars; only those seen since the last flush are kept here.
-
-    Attributes
-    ----------
-    count : of the cars that are written.
-    """
-
-    def __init__(self) -> None:
-        self.count = 0
-        self._seen: dict[str, _Life] = {}
-
-    def see(self, state: CarState) -> None:
-        """Take note of a car at one frame."""
+def _lives(states: Iterable[Any]) -> dict[str, _Life]:
+    """Give the life span of each car in some states."""
+    lives: dict[str, _Life] = {}
+    for state in states:
         now = state.car_class, state.t_us, state.t_us
-        self._seen[state.car] = _longer(self._seen.get(state.car, now), now)
-
-    def write(self, connection: Connection, run_no: int) -> None:
-        """Write the cars that are new, and update those seen again."""
-        table = schema.cars
-        query = select(table.c.car, table.c.car_class, table.c.first_us, table.c.last_us)
-        query = query.where(table.c.run_no == run_no, table.c.car.in_(self._seen))
-        known: dict[str, _Life] = {car: (kind, *life_us) for car, kind, *life_us in connection.execute(query)}
-        rows = list[Row]()
-        for name, life in self._seen.items():
-            if name in known:
-                values = dict(zip(("car_class", "first_us", "last_us"), _longer(known[name], life), strict=True))
-                is_it = (table.c.run_no == run_no) & (table.c.car == name)
-                connection.execute(update(table).where(is_it).values(values))
-            else:
-                self.count += 1
-                rows.append((run_no, name, self.count, *life))
-        insert_rows(connection, table, rows)
-        self._seen.clear()
+        lives[state.car] = _longer(lives.get(state.car, now), now)
+    return lives
 
 
 def _longer(before: _Life, now: _Life) -> _Life:

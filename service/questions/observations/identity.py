@@ -114,11 +114,8 @@ def _laid_out(changes: Iterable[LinkRecord], verdicts: Mapping[str, str]) -> dic
     found: dict[str, list[IdentityLink]] = {}
     for change in changes:
         links = found.setdefault(change.upper, [])
-        if change.kind in ("established", "reestablished"):
+        if change.kind in ("established", "reestablished", "joined"):  # the last has no label
             links.append(_begun(change, verdicts.get(change.label, "open" if change.label else "")))
-            continue
-        if change.kind == "joined":
-            links.append(_begun(change, ""))
             continue
         # Links to vision objects of several sensors overlap; an object that ends with none has none in its row.
         for k, one in enumerate(links):

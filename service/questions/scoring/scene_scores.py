@@ -10,8 +10,13 @@ from service.errors import LogError
 from service.questions.scoring.claims import MOT_SUFFIXES, Found, found_cars, found_objects, load_tracks
 from service.questions.scoring.detection import DetectionScore, score_detection, score_settled_tracks, settle
 from service.questions.scoring.object_rows import ObjectRows
-from service.questions.scoring.pairs import IntArray
-from service.questions.scoring.scene_view import SceneView, keep_to_roads, load_scene_roads, load_scene_view
+from service.questions.scoring.scene_view import (
+    SceneView,
+    keep_to_roads,
+    load_scene_roads,
+    load_scene_view,
+    scene_video,
+)
 from service.questions.scoring.tracks import TrackScore
 from service.questions.scoring.truth_rows import TruthTable, load_truth_table
 from service.store.log import open_log
@@ -86,7 +91,8 @@ def compare_tracks(path: Path, truth_folder: Path) -> Compared:
     span_us = int(times_us[0]), int(times_us[-1])
     # Only MOT text counts frames, and the times of all frames cost reading the whole video.
     is_mot = path.suffix.lower() in MOT_SUFFIXES
-    frame_us = _frame_times(truth_folder, times_us) if is_mot else times_us
+    video = scene_video(truth_folder) if is_mot else None
+    frame_us = np.array([frame.t_us for frame in video], np.int64) if video else times_us
     found = load_tracks(path, span_us=span_us, frame_us=frame_us, view=view)
     return {TRACKS: _both_sides(table, found, view, load_scene_roads(truth_folder))}
 
@@ -106,13 +112,3 @@ def _both_sides(
     true = keep_to_roads(table.rows_at(found.frame_us, view), roads)
     known = np.isin(found.rows.frame, np.flatnonzero(table.knows(found.frame_us)))
     return true, found.rows.select(known)
-
-
-def _frame_times(folder: Path, times_us: IntArray) -> IntArray:
-    """Give the times of the video's frames; those of the truth if there is no video."""
-    from vision.video.frames import open_video
-
-    path = folder / "video.mp4"
-    if not path.is_file():
-        return times_us
-    return np.array([frame.t_us for frame in open_video(path)], np.int64)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -15,6 +16,9 @@ from service.questions.scoring.pairs import FloatArray, IntArray, groups_of
 from service.records.runs import CameraRecord
 from service.runs.inputs.sites.site import load_site
 from service.texts.toml_tables import told
+
+if TYPE_CHECKING:
+    from vision.video.frames import VideoSource
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +96,8 @@ def load_scene_view(folder: Path, camera: CameraRecord | None = None) -> SceneVi
     ServiceError, VisionError
         If a file that is there cannot be read.
     """
-    size_px = _picture_size(folder)
+    video = scene_video(folder)
+    size_px = None if video is None else (video.width_px, video.height_px)
     if size_px is not None and (folder / "camera.csv").is_file():
         with told(TruthError):
             return SceneView(size_px, read_camera_track(folder / "camera.csv"))
@@ -153,14 +158,12 @@ def keep_to_roads(rows: ObjectRows, roads: shapely.Geometry | None) -> ObjectRow
     return replace(rows, is_border=rows.is_border | ~shapely.intersects_xy(roads, x_m, y_m))
 
 
-def _picture_size(folder: Path) -> tuple[int, int] | None:
+def scene_video(folder: Path) -> "VideoSource | None":
+    """Open the video of a scene; None if it has none."""
     from vision.video.frames import open_video
 
     path = folder / "video.mp4"
-    if not path.is_file():
-        return None
-    video = open_video(path)
-    return video.width_px, video.height_px
+    return open_video(path) if path.is_file() else None
 
 
 def _corners(rows: ObjectRows, margin_m: float) -> FloatArray:

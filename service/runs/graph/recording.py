@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
+from operator import itemgetter
 from typing import Any  # a stream may carry any value
 
 import msgspec
@@ -233,40 +234,41 @@ class CarHistory:
 
     def __init__(self, length_us: int) -> None:
         self._length_us = length_us
-        self._times_us: deque[int] = deque()
-        self._cars: deque[tuple[tuple[str, ...], FloatArray]] = deque()  # names; road, x and y of each
+        # When, who was there, and road, x and y of each.
+        self._frames: deque[tuple[int, tuple[str, ...], FloatArray]] = deque()
 
     def remember(self, cars: Cars) -> None:
         """Add the cars of the newest time and forget what is too old."""
-        self._times_us.append(cars.t_us)
-        self._cars.append((cars.ids, np.column_stack((cars.positions.road, cars.centre_m))))
-        while self._times_us[0] < cars.t_us - self._length_us:
-            self._times_us.popleft()
-            self._cars.popleft()
+        self._frames.append((cars.t_us, cars.ids, np.column_stack((cars.positions.road, cars.centre_m))))
+        while self._frames[0][0] < cars.t_us - self._length_us:
+            self._frames.popleft()
 
     def insert(self, cars: Cars) -> None:
         """Add cars of which it was not known where they were at an earlier time."""
-        at = bisect_right(self._times_us, cars.t_us) - 1
-        if at >= 0 and self._times_us[at] == cars.t_us:
-            ids, places = self._cars[at]
+        at = self._place_of(cars.t_us)
+        if at >= 0 and self._frames[at][0] == cars.t_us:
+            _, ids, places = self._frames[at]
             more = np.column_stack((cars.positions.road, cars.centre_m))
-            self._cars[at] = (*ids, *cars.ids), np.concatenate((places, more))
+            self._frames[at] = cars.t_us, (*ids, *cars.ids), np.concatenate((places, more))
 
     def last_us(self, car: str) -> int:
         """Return the last time of a car; -1 if there is none."""
-        frames = zip(reversed(self._times_us), reversed(self._cars), strict=True)
-        return next((t_us for t_us, (ids, _) in frames if car in ids), -1)
+        return next((t_us for t_us, ids, _ in reversed(self._frames) if car in ids), -1)
 
     def find(self, car: str, t_us: int) -> tuple[int, float, float] | None:
         """Return road index, x and y in metres of a car at a time or a little before; None if it was not there."""
-        at = bisect_right(self._times_us, t_us) - 1
-        while at >= 0 and self._times_us[at] >= t_us - STALE_US:
-            ids, places = self._cars[at]
+        at = self._place_of(t_us)
+        while at >= 0 and self._frames[at][0] >= t_us - STALE_US:
+            _, ids, places = self._frames[at]
             if car in ids:
                 road, x_m, y_m = places[ids.index(car)].tolist()
                 return int(road), x_m, y_m
             at -= 1
         return None
+
+    def _place_of(self, t_us: int) -> int:
+        """Find the last frame up to a time; -1 if there is none."""
+        return bisect_right(self._frames, t_us, key=itemgetter(0)) - 1
 
 
 def _seen_objects(objects: VisionObjects | Observations) -> Iterator[SeenObject]:
