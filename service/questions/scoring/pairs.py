@@ -63,8 +63,6 @@ def ground_pairs(
     >>> pairs.true_row.tolist(), pairs.found_row.tolist(), pairs.similarity.tolist()
     ([0], [0], [0.75])
     """
-    if len(true_frame) == 0 or len(found_frame) == 0:
-        return Pairs(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
     # One tree for all frames: in the third direction, frames are farther apart than the reach.
     true_tree = cKDTree(np.column_stack((true_m, 2 * reach_m * true_frame)))
     found_tree = cKDTree(np.column_stack((found_m, 2 * reach_m * found_frame)))
@@ -133,8 +131,6 @@ def assign(pairs: Pairs, frame: IntArray, score: FloatArray) -> BoolArray:
 
 def is_alone(pairs: Pairs) -> BoolArray:
     """Tell which pairs share neither side with another pair."""
-    if len(pairs) == 0:
-        return np.zeros(0, np.bool_)
     of_true, of_found = np.bincount(pairs.true_row), np.bincount(pairs.found_row)
     return np.asarray((of_true[pairs.true_row] == 1) & (of_found[pairs.found_row] == 1))
 

@@ -86,17 +86,13 @@ def score_tracks(true: TrackRows, found: TrackRows, pairs: Pairs) -> TrackScore:
     >>> score.idf1, score.id_switches, score.det_a, score.ass_a
     (0.5, 1, 1.0, 0.5)
     """
-    sizes = _track_lengths(true), _track_lengths(found)
+    sizes = np.bincount(true.track), np.bincount(found.track)
     return TrackScore(
         *_hota(true, found, pairs, sizes),
         *_identity(true, found, pairs),
         *_clear(true, found, pairs),
         *(len(true), len(found), len(sizes[0]), len(sizes[1])),
     )
-
-
-def _track_lengths(rows: TrackRows) -> IntArray:
-    return np.bincount(rows.track).astype(np.int64) if len(rows) else np.zeros(0, np.int64)
 
 
 def _hota(
@@ -107,9 +103,12 @@ def _hota(
     true_sum = np.bincount(pairs.true_row, pairs.similarity, len(true))
     found_sum = np.bincount(pairs.found_row, pairs.similarity, len(found))
     spread = true_sum[pairs.true_row] + found_sum[pairs.found_row] - pairs.similarity
-    couple, first, of_pair = _couples(true, found, pairs)
-    together = np.bincount(of_pair, pairs.similarity / spread, len(first))
-    length = sizes[0][couple // max(1, len(sizes[1]))] + sizes[1][couple % max(1, len(sizes[1]))]
+    # Pairs of tracks that ever meet, by a code, and which of them each pair of rows is of.
+    count = max(1, len(sizes[1]))
+    code = true.track[pairs.true_row] * count + found.track[pairs.found_row]
+    couple, of_pair = np.unique(code, return_inverse=True)
+    together = np.bincount(of_pair, pairs.similarity / spread, len(couple))
+    length = sizes[0][couple // count] + sizes[1][couple % count]
     alignment = together / (length - together)
     score = alignment[of_pair] * pairs.similarity
     chosen = assign(pairs, true.frame[pairs.true_row], score)
@@ -120,14 +119,6 @@ def _hota(
     hota = np.sqrt(figures[:, 0] * figures[:, 1])
     det_a, ass_a, loc_a = figures.mean(axis=0).tolist()
     return float(hota.mean()), det_a, ass_a, loc_a
-
-
-def _couples(true: TrackRows, found: TrackRows, pairs: Pairs) -> tuple[IntArray, IntArray, IntArray]:
-    """Number the pairs of tracks that ever meet: their code, a pair of each, and the number of every pair."""
-    count = int(found.track.max()) + 1 if len(found) else 1
-    code = true.track[pairs.true_row] * count + found.track[pairs.found_row]
-    couple, first, of_pair = np.unique(code, return_index=True, return_inverse=True)
-    return couple, first.astype(np.int64), of_pair.astype(np.int64)
 
 
 def _at_threshold(

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise, repeat
+from itertools import groupby, pairwise
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any  # a value of a column is of any type
@@ -13,7 +13,7 @@ from msgspec.structs import fields
 
 from service.errors import LogError
 from service.records.times import format_media
-from service.store.chunks.columns import Column, DamagedChunkError, FloatArray, LongArray, pack, unpack
+from service.store.chunks.columns import WORDS, Column, DamagedChunkError, FloatArray, LongArray, pack, unpack
 from service.store.chunks.kinds import RELATIONS, SPAN_US, Chunk, ChunkKind, Record, Where
 
 PRUNED = "pruned"
@@ -96,7 +96,7 @@ def numbers(
     for span_us, parts in _spans(kind, chunks, log):
         order = _by_time(kind, parts)
         owners = [owner for part in parts for owner in part.columns[kind.of].values(part.chosen)]
-        table = np.hstack([np.zeros((len(names), 0)), *(part.numbers(kind, names) for part in parts)])
+        table = np.hstack([np.zeros((len(names), 0)), *(part.numbers(names) for part in parts)])
         yield span_us, [owners[place] for place in order], table[:, order]
 
 
@@ -116,7 +116,7 @@ def _spans(
             parts = []
             for chunk in group:
                 try:
-                    columns = opened(chunk)
+                    columns = _with_defaults(kind, opened(chunk))
                 except DamagedChunkError as error:
                     missing.append((span_us, str(error)))
                 else:
@@ -169,27 +169,22 @@ class _Part:
     chosen: LongArray
 
     def records(self, kind: ChunkKind[Record]) -> Iterator[Record]:
-        """Make the rows; a field that the chunk does not know yet has its default."""
-        values = [
-            self.columns[one.name].values(self.chosen) if one.name in self.columns else repeat(one.default)
-            for one in fields(kind.record)
-        ]
-        return map(kind.record, *values)
+        """Make the rows."""
+        return map(kind.record, *(self.columns[name].values(self.chosen) for name in kind.record.__struct_fields__))
 
-    def numbers(self, kind: ChunkKind[Any], names: Sequence[str]) -> FloatArray:
-        """Give columns of numbers, (names, rows); of one that the chunk does not know yet, its default."""
-        default = {one.name: one.default for one in fields(kind.record)}
-        count = len(self.chosen)
-        rows = [
-            self.columns[name].numbers(self.chosen)
-            if name in self.columns
-            else np.full(count, default[name], np.float64)
-            for name in names
-        ]
-        return np.array(rows)
+    def numbers(self, names: Sequence[str]) -> FloatArray:
+        """Give columns of numbers, (names, rows)."""
+        return np.array([self.columns[name].numbers(self.chosen) for name in names])
 
     def codes(self, name: str) -> LongArray:
         return self.columns[name].codes[self.chosen]
+
+
+def _with_defaults(kind: ChunkKind[Any], columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Give a field that a chunk does not know yet its default in all rows."""
+    first = np.zeros(len(columns["t_us"].codes), np.int64)
+    unknown = [one for one in fields(kind.record) if one.name not in columns]
+    return {**columns, **{one.name: Column(WORDS, first, (one.default,)) for one in unknown}}
 
 
 def _chosen(columns: Mapping[str, Column], from_us: int | None, to_us: int | None, where: Where) -> LongArray:
