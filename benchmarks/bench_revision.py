@@ -26,6 +26,7 @@ from dyknow.sample import Sample
 from qsr.adapter import FrameRelations
 from qsr.settings import RelationSettings
 from service.runs.graph.pipeline import RELATIONS, declared_pipeline
+from service.runs.inputs.input_kind import Asked
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import load_site
 from service.texts.chronicle_files import load_chronicle_files
@@ -88,7 +89,7 @@ def record(folder: Path, *, seed: int, seconds: int) -> Frames:
     """Give what anchoring and relations tell of the tracks, frame by frame."""
     scene = make_track_scene("urban_grid", seed=seed, duration_us=seconds * 1_000_000, out_dir=folder)
     write_scenario_tracks(scene, folder / "tracks.csv", FAULTS)
-    source = open_input(folder / "tracks.csv", load_site(folder / "site.toml"))
+    source = open_input(Asked(folder / "tracks.csv", load_site(folder / "site.toml")))
     pipeline = declared_pipeline(source.feed(), source.network, CHRONICLES, clock=time.perf_counter_ns)
     relations = pipeline.stream("recorded_relations", RELATIONS)
     assert relations is not None

@@ -26,7 +26,7 @@ from service.runs.graph.pipeline import EngineSettings, Pipeline, declared_pipel
 from service.runs.graph.recording import Recorder, recorded_streams
 from service.runs.graph.relations import changed_settings
 from service.runs.graph.stored_streams import stream_record
-from service.runs.inputs.input_kind import Input, content_digest
+from service.runs.inputs.input_kind import Asked, Input, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import Site, load_site
 from service.runs.machine import Interrupts, cores
@@ -126,7 +126,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     """
     request = replace(request, is_live=request.is_live or is_recording(request.input))
     chronicles, monitors, site = load_texts(request)
-    source = open_input(request.input, site, request.columns, detector=request.detector, rate_hz=request.rate_hz)
+    source = open_input(Asked(request.input, site, request.columns, request.detector, request.rate_hz))
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
     linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())

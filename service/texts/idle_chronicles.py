@@ -9,7 +9,7 @@ from chronicles.chronicle_set import ChronicleSet
 from chronicles.compilation.names.symbols import UNKNOWN
 from chronicles.compilation.plan import Plan
 from chronicles.events import Event
-from chronicles.execution.unfit_events import Reason, UnfitCounter, UnfitEvents
+from chronicles.execution.unfit_events import Reason, UnfitEvents
 from dyknow.language.diagnostics import hinted
 from qsr.relations import RANK, RELATIONS
 
@@ -24,37 +24,30 @@ _EXPECTED: dict[Reason, str] = {
 }
 
 
-def idle_in_file(where: str, chronicles: ChronicleSet, events: Iterable[Event]) -> tuple[str, ...]:
-    """Say what chronicles look for in a file that has no such events, or has them in another shape.
+def idle_in_file(where: str, chronicles: ChronicleSet, names: Collection[str]) -> tuple[str, ...]:
+    """Say what chronicles look for in a file that has no such events.
 
     Parameters
     ----------
     where : what messages call the file.
+    names : of the events that it has.
 
     Examples
     --------
     >>> from chronicles.chronicle_set import load
     >>> loud = load("chronicle loud[?c](t1) { event(honk[?c], t1) }")
-    >>> idle_in_file("e.csv", loud, [Event("honk", ("a", "b"), 0)])
-    ("e.csv: expected 'honk' with the arguments and values that the texts have, got 1 event, the first at 0 us:
-    honk[a, b]",)
-    >>> idle_in_file("e.csv", loud, [Event("honks", ("a",), 0)])
+    >>> idle_in_file("e.csv", loud, ["honks"])
     ("e.csv: expected events 'honk', which chronicle 'loud' looks at, got none; did you mean 'honks'?",)
-    >>> idle_in_file("e.csv", loud, [Event("honk", ("a",), 0)])
+    >>> idle_in_file("e.csv", loud, ["honk"])
     ()
     """
-    counter, names = UnfitCounter(chronicles), set[str]()
-    for event in events:
-        counter.count(event)
-        names.add(event.name)
-    given = _given(chronicles) | names
-    idle = (
+    given = _given(chronicles).union(names)
+    return _shortened(
         f"{where}: expected events {name!r}, which chronicle {plan.name!r} looks at, got none{hinted(name, names)}"
         for plan in chronicles.plans
         for name, is_needed in _looked_at(plan).items()
         if is_needed and name not in given
     )
-    return (*_shortened(idle), *unfit_told(where, chronicles, counter.found))
 
 
 def unfit_told(
@@ -64,6 +57,17 @@ def unfit_told(
 
     Names that nobody declares are only told where texts declare names at all, and not of DyKnow's own stream, which has
     relations that only monitors look at.
+
+    Examples
+    --------
+    >>> from chronicles.chronicle_set import load
+    >>> from chronicles.execution.unfit_events import UnfitCounter
+    >>> loud = load("chronicle loud[?c](t1) { event(honk[?c], t1) }")
+    >>> counter = UnfitCounter(loud)
+    >>> counter.count(Event("honk", ("a", "b"), 0))
+    >>> unfit_told("e.csv", loud, counter.found)
+    ("e.csv: expected 'honk' with the arguments and values that the texts have, got 1 event, the first at 0 us:
+    honk[a, b]",)
     """
     declared = _given(chronicles).union(one.name for one in chronicles.signatures)
     knows_names = bool(chronicles.signatures) and not is_traffic

@@ -95,10 +95,11 @@ def recognise_stored(
             log, record = None, RunRecord(id="", source=Path(source).name, start_utc_us=0)
             loaded = load_chronicle_files(chronicle_files, stream)
             events = load_events(Path(source))
-            end_us, idle = _end_us(events, until_us), idle_in_file(source, loaded.merged, events)
+            end_us, names = _end_us(events, until_us), {one.name for one in events}
+            idle = idle_in_file(source, loaded.merged, names)
         counter = UnfitCounter(loaded.merged)
         found, late_count, left_out = _found(loaded.merged, _counted(events, counter), end_us, executor, lateness_us)
-        unfit = unfit_told(source, loaded.merged, counter.found, is_traffic=True) if log else ()
+        unfit = unfit_told(source, loaded.merged, counter.found, is_traffic=log is not None)
         beyond = (f"{source}: chronicle {name}: {count} instances were left out" for name, count in left_out.items())
         told = tuple(recognised_events(found, record, log))
         return Recognised(told, late_count, (*idle, *unfit, *beyond), loaded.stream, loaded.doubts)

@@ -32,7 +32,8 @@ class Asked:
     Attributes
     ----------
     columns : our column names to those of a CSV file.
-    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file.
+    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
+        detections that is the input itself stands alone.
     rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
     """
 

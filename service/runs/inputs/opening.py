@@ -1,14 +1,12 @@
 """What can be processed? A table of the kinds of input; the first that fits what the user asks for opens it."""
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 
 from service.errors import InputError
 from service.runs.inputs.detection_input import DetectionInput
 from service.runs.inputs.input_kind import STANDARD_INPUT, Asked, Input
 from service.runs.inputs.recorded_rows import RecordedRows
-from service.runs.inputs.sites.site import Site
 from service.runs.inputs.trajectories import TrajectoryInput
 from service.runs.inputs.video_input import VideoInput
 
@@ -17,22 +15,8 @@ _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 KINDS: tuple[type[Input], ...] = (TrajectoryInput, RecordedRows, DetectionInput, VideoInput)
 
 
-def open_input(
-    path: Path,
-    site: Site | None,
-    columns: Mapping[str, str] | None = None,
-    *,
-    detector: str | None = None,
-    rate_hz: float | None = None,
-) -> Input:
+def open_input(asked: Asked) -> Input:
     """Open a file by its kind: ``.csv`` is trajectories, everything else must be a video.
-
-    Parameters
-    ----------
-    columns : our column names to those of a CSV file.
-    detector : in the words of `service.runs.inputs.detectors`; None for that of the site file. A file of
-        detections that is the input itself stands alone.
-    rate_hz : frames of a video to look at in a second, infinite for all; None for what the site file says.
 
     Raises
     ------
@@ -44,12 +28,12 @@ def open_input(
     VisionError
         If the detector cannot be used.
     """
+    path = asked.path
     if any("\udc80" <= letter <= "\udcff" for letter in path.name):  # how Python spells a byte that is no text
         raise InputError(f"input: expected a file name in UTF-8, got {path.name!r}")
     _refuse_live(path)
-    asked = Asked(path, site, columns, detector, rate_hz)
     kind = next(kind for kind in KINDS if kind.fits(asked))
-    if rate_hz is not None and kind is not VideoInput:
+    if asked.rate_hz is not None and kind is not VideoInput:
         raise InputError(f"{path}: expected a video to go with a rate, got {kind.kind}")
     return kind.open(asked)
 

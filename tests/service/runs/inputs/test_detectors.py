@@ -20,6 +20,7 @@ from service.runs.inputs.detectors import (
     OnnxChoice,
     choose_detector,
 )
+from service.runs.inputs.input_kind import Asked
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import load_site
 from service.runs.inputs.video_input import VideoInput
@@ -115,7 +116,7 @@ def test_provider_that_is_passed_over_is_warned_of(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
     video, site = make_video(tmp_path / "video.mp4"), load_site(make_site(tmp_path))
     network = make_network(tmp_path, extra='providers = ["cuda", "cpu"]\n')
-    opened = open_input(video, site, detector=f"onnx:{network}")
+    opened = open_input(Asked(video, site, detector=f"onnx:{network}"))
     version = f"ONNX Runtime {onnxruntime.__version__}"
     assert opened.warnings == (f"net.onnx: {version} lacks cuda here: cpu computes",)
     assert opened.detector == f"onnx:net.onnx ({version}, cpu)"
@@ -145,7 +146,7 @@ def test_site_file_chooses_the_detector_and_the_command_line_overrules_it(tmp_pa
     video = make_video(tmp_path / "video.mp4")
     make_mot(tmp_path)
     site = load_site(make_site(tmp_path, '[detector]\nuse = "file:found.txt"\n'))
-    named = [open_input(video, site, detector=wanted).detector for wanted in (None, "motion")]
+    named = [open_input(Asked(video, site, detector=wanted)).detector for wanted in (None, "motion")]
     assert named == ["file:found.txt", "motion"]
 
 
@@ -160,18 +161,18 @@ def test_from_low_above_the_road_the_network_for_such_views_looks_unless_told_ot
     video, above, low = make_video(tmp_path / "video.mp4"), tmp_path / "above.toml", tmp_path / "low.toml"
     above.write_text(SITE, encoding="utf-8")
     low.write_text(LOW_SITE, encoding="utf-8")
-    named = [open_input(video, load_site(site)).detector for site in (above, low)]
+    named = [open_input(Asked(video, load_site(site))).detector for site in (above, low)]
     assert named[0] == "motion"
     assert named[1].startswith("onnx:low.onnx (ONNX Runtime ")
-    assert open_input(video, load_site(low), detector="motion").detector == "motion"
+    assert open_input(Asked(video, load_site(low), detector="motion")).detector == "motion"
 
 
 def test_detections_past_the_end_of_the_video_are_warned_of_or_refused(tmp_path: Path) -> None:
     video, site = make_video(tmp_path / "video.mp4"), load_site(make_site(tmp_path))
-    some = open_input(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES - 2, FRAMES + 3))}")
+    some = open_input(Asked(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES - 2, FRAMES + 3))}"))
     assert some.warnings == ("found.txt: 3 of 5 detections lie past the video's end",)
     with pytest.raises(InputError, match=r"expected detections in the 61 frames of the video, got all of them later"):
-        open_input(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES, FRAMES + 3))}")
+        open_input(Asked(video, site, detector=f"file:{make_mot(tmp_path, range(FRAMES, FRAMES + 3))}"))
 
 
 THERMAL = """
@@ -188,7 +189,7 @@ homography = [[0.25, 0.0, 0.0], [0.0, -0.25, 15.75], [0.0, 0.0, 1.0]]
 def test_channels_of_a_site_with_a_thermal_video(tmp_path: Path, wanted: str, path: str, has_second: bool) -> None:
     video = make_video(tmp_path / "video.mp4", level=70.0)
     make_video(tmp_path / "thermal.mp4")
-    source = open_input(video, load_site(make_site(tmp_path, THERMAL)), detector=wanted)
+    source = open_input(Asked(video, load_site(make_site(tmp_path, THERMAL)), detector=wanted))
     assert isinstance(source, VideoInput)
     assert (source.path.name, source.sensor.thermal is not None) == (path, has_second)
     assert source.detector == (wanted or "motion")

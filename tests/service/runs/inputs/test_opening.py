@@ -7,7 +7,7 @@ import pytest
 from chronicles import library
 from chronicles.errors import ChronicleError
 from service.errors import InputError
-from service.runs.inputs.input_kind import content_digest
+from service.runs.inputs.input_kind import Asked, content_digest
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import load_site
 from service.texts.chronicle_files import load_chronicle_files
@@ -63,7 +63,7 @@ def test_column_map_for_a_video_is_refused(tmp_path: Path) -> None:
     video = tmp_path / "video.mp4"
     video.write_bytes(b"x")
     with pytest.raises(InputError, match=r"expected a .csv or .jsonl file to go with a column map, got '.mp4'"):
-        open_input(video, None, {"t_s": "t"})
+        open_input(Asked(video, None, {"t_s": "t"}))
 
 
 def test_digest_depends_on_the_bytes_alone(tmp_path: Path) -> None:

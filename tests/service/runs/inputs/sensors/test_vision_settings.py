@@ -13,6 +13,7 @@ import pytest
 
 from service.cli.app import run
 from service.errors import SiteError
+from service.runs.inputs.input_kind import Asked
 from service.runs.inputs.opening import open_input
 from service.runs.inputs.sites.site import SiteFile, load_site
 from service.store.log import open_log
@@ -55,7 +56,7 @@ def make_textured_video(path: Path, *, cars: int = 1) -> Path:
 
 def seen(path: Path, site: Path, detector: str | None) -> int:
     """Count what vision sees in the first frames."""
-    feed = open_input(path, load_site(site), detector=detector).feed()
+    feed = open_input(Asked(path, load_site(site), detector=detector)).feed()
     assert feed.vision is not None
     results = [found for sample in islice(feed.samples, LOOKED_AT) for found in feed.vision.observe(sample.value)]
     return sum(len(found.ids) for found in (*results, *feed.vision.finish()))
@@ -103,7 +104,7 @@ def test_scale_of_a_site_without_a_camera_follows_its_usual_length(tmp_path: Pat
     scales = []
     for length in (4.5, 9.0):
         site.write_text(f'name = "road"\n[vision]\nusual_length_m = {length}\n', encoding="utf-8")
-        [warning] = open_input(video, load_site(site)).warnings
+        [warning] = open_input(Asked(video, load_site(site))).warnings
         scales.append(float(re.findall(r"([\d.]+) m a pixel", warning)[0]))
     assert scales[1] == pytest.approx(2 * scales[0], rel=0.01)
 
