@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from anchoring.settings import AnchoringSettings
 from chronicles.execution.unfit_events import UnfitCounter
 from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
@@ -28,7 +27,7 @@ from service.runs.graph.relations import changed_settings
 from service.runs.graph.stored_streams import stream_record
 from service.runs.inputs.input_kind import Asked, Input, content_digest
 from service.runs.inputs.opening import open_input
-from service.runs.inputs.sites.site import Site, load_site
+from service.runs.inputs.sites.site import NO_SITE, Site, load_site
 from service.runs.machine import Interrupts, cores
 from service.runs.requests import RunRequest
 from service.store.log import open_log
@@ -129,9 +128,15 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     source = open_input(Asked(request.input, site, request.columns, request.detector, request.rate_hz))
     monitors.check_roads(str(request.site or request.input), has_roads=source.network is not None)
     kpl = None if request.kpl_file is None else SourceText(str(request.kpl_file), read_text(request.kpl_file))
-    linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring if site else AnchoringSettings())
-    engines = EngineSettings(site.anchoring, site.relations, limits=site.limits) if site else EngineSettings()
-    settings = replace(engines, linkage=linkage, early_events=not request.final, watches_all=request.is_live)
+    linkage, linkage_text = load_linkage_file(request.linkage_file, site.anchoring)
+    settings = EngineSettings(
+        site.anchoring,
+        site.relations,
+        linkage,
+        limits=site.limits,
+        early_events=not request.final,
+        watches_all=request.is_live,
+    )
     feed = source.feed(apart=_looks_apart(request.workers, source.video))
     pipeline = declared_pipeline(
         feed,
@@ -170,7 +175,7 @@ def process(request: RunRequest, *, on_progress: Callable[[Progress], None] = la
     return replace(done, warnings=(*done.warnings, *(f"{source.path.name}: {note}" for note in feed.notes())))
 
 
-def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, Site | None]:
+def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, Site]:
     """Read the chronicles, the monitors and the site of a request, before its input is opened.
 
     Raises
@@ -191,7 +196,7 @@ def load_texts(request: RunRequest) -> tuple[LoadedChronicles, LoadedMonitors, S
         return found, monitors
 
     chronicles, monitors = load_with_stored(load, request.log_url) if request.is_live else load(())
-    return chronicles, monitors, load_site(request.site) if request.site else None
+    return chronicles, monitors, load_site(request.site) if request.site else NO_SITE
 
 
 def _looks_apart(workers: int | None, video: VideoSource | None) -> bool:
@@ -284,7 +289,7 @@ def _publish(activation: Activation, meter: "_Meter") -> Generator[None, None, N
 def _run_record(
     request: RunRequest,
     source: Input,
-    site: Site | None,
+    site: Site,
     monitors: LoadedMonitors,
     chronicles: LoadedChronicles,
     *,
@@ -300,7 +305,7 @@ def _run_record(
         source.path.name,
         file.digest,
         repr(sorted((request.columns or {}).items())),
-        content_digest(*site.files) if site else "no site",
+        content_digest(*site.files) if site.files else "no site",
         source.detector,
         content_digest(*source.detector_files),
         *(() if request.is_live else (f"{chronicle.name} {chronicle.version}" for chronicle in chronicles.records)),
@@ -320,8 +325,8 @@ def _run_record(
         file=file,
         input_kind=source.kind,
         input=source.path.name,
-        site=site.name if site else "",
-        site_file=_site_record(site) if site else None,
+        site=site.name,
+        site_file=_site_record(site) if site.files else None,
         detector=source.detector,
         camera=source.camera,
         chronicles=chronicles.records,
@@ -330,7 +335,7 @@ def _run_record(
         monitors=monitors.records,
         kpl="" if pipeline.is_shipped else pipeline.kpl.text,
         linkage=linkage,
-        settings=_settings(request) | (changed_settings(site.relations) if site else {}),
+        settings=_settings(request) | changed_settings(site.relations),
         warnings=(
             *source.warnings,
             *chronicles.doubts,
@@ -368,13 +373,13 @@ def _input_file(source: Input) -> InputFile:
     )
 
 
-def _start(request: RunRequest, site: Site | None, video: VideoSource | None) -> tuple[int, StartFrom]:
+def _start(request: RunRequest, site: Site, video: VideoSource | None) -> tuple[int, StartFrom]:
     """Tell when media time zero was, and who says so."""
     if request.start_utc_us is not None:
         return request.start_utc_us, "option"
     if video and video.created_utc and is_recording(Path(video.path)):  # a site may be older than what it sees now
         return utc_us(video.created_utc), "video"
-    if site and site.start_utc:
+    if site.start_utc:
         return utc_us(site.start_utc), "site"
     if video and video.created_utc:
         return utc_us(video.created_utc), "video"

@@ -17,11 +17,11 @@ from gis.roads.road_network import RoadNetwork
 from qsr.changes.line_up import Seen
 from qsr.measuring.footprints import BODY, BoolArray, FloatArray, Footprints, LongArray, Rows, bodies, joined, on_roads
 from service.questions.observations.identity import IdentityLink, chain_of, links_below
-from service.questions.observations.run_sites import Ground
 from service.records.runs import RunRecord
 from service.records.seen import RelationRecord
 from service.runs.graph.relations import relation_observer
 from service.runs.graph.rows import relation_record
+from service.runs.inputs.sites.site import Site
 from service.store.log import EventLog
 
 # So much is shown at once: a frame has too few cars to be worth a call of its own.
@@ -37,7 +37,7 @@ def computed_relations(
     log: EventLog,
     run: RunRecord,
     names: Collection[str],
-    ground: Ground,
+    ground: Site,
     window_us: tuple[int | None, int | None] = (None, None),
 ) -> Iterator[RelationRecord]:
     """Compute the changes of some relations among the cars of a run, in the order in which they would be decided.

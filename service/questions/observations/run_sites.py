@@ -1,37 +1,19 @@
 """On which roads were the cars of a run? Its site, read again where it lies, if it is still the same."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 import numpy as np
 from msgspec import Struct
 
-from anchoring.settings import AnchoringSettings
-from gis.roads.road_network import RoadNetwork
-from qsr.settings import RelationSettings
 from service.errors import InputError, NotInLogError
 from service.records.runs import RunRecord
 from service.runs.inputs.input_kind import content_digest
-from service.runs.inputs.sites.site import Site, load_site
+from service.runs.inputs.sites.site import NO_SITE, Site, load_site
 
 
-@dataclass(frozen=True, slots=True)
-class Ground:
-    """Hold what the relations of a run depend on beside its cars; no network is open ground."""
-
-    network: RoadNetwork | None
-    anchoring: AnchoringSettings
-    relations: RelationSettings
-
-    @property
-    def late_us(self) -> int:
-        """How long after it happened a change is decided at most: a car may be lost, or have had no name yet."""
-        return self.anchoring.survive_us + self.anchoring.name_back_us + self.relations.backdate_us
-
-
-def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Ground:
-    """Read the site of a run again; see `stored_events.unwatched_relations`.
+def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Site:
+    """Read the site of a run again, `NO_SITE` of one on open ground; see `stored_events.unwatched_relations`.
 
     Parameters
     ----------
@@ -43,7 +25,7 @@ def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Grou
         If it is not known any more, is another one, or cannot be used.
     """
     if not run.site and site_file is None:
-        return Ground(None, AnchoringSettings(), RelationSettings())
+        return NO_SITE
     known = run.site_file
     path = site_file or (Path(known.path) if known else None)
     where = f"run {run.id!r}: expected the site file of {run.site!r} as it was, {asked}"
@@ -53,7 +35,7 @@ def ground_of(run: RunRecord, asked: str, site_file: Path | None = None) -> Grou
     site = load_site(path)
     if not _is_the_same(site, run):
         raise InputError(f"{where}, got another one in {str(path)!r}")
-    return Ground(site.network, site.anchoring, site.relations)
+    return site
 
 
 def _is_the_same(site: Site, run: RunRecord) -> bool:

@@ -211,7 +211,9 @@ def unwatched_relations(
     from service.questions.observations.run_sites import ground_of
 
     ground = ground_of(run, f"to compute {', '.join(names)} from the cars", site_file)
-    return Unwatched(computed_relations(log, run, names, ground, window_us), ground.late_us)
+    # A car may be lost, or have had no name yet.
+    late_us = ground.anchoring.survive_us + ground.anchoring.name_back_us + ground.relations.backdate_us
+    return Unwatched(computed_relations(log, run, names, ground, window_us), late_us)
 
 
 def chronicles_of(run: RunRecord) -> ChronicleSet:

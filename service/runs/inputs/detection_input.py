@@ -20,7 +20,6 @@ from vision.camera import Camera, box_camera
 from vision.networks.box_detector import Instant
 from vision.networks.stored_detections import StoredDetections, StoredInstant
 from vision.objects import FloatArray
-from vision.settings import VisionSettings
 
 NO_PICTURE = (0, 0)
 
@@ -52,18 +51,17 @@ class DetectionInput(Input):
         """
         path, site, choice = asked.path, asked.site, asked.choice
         assert isinstance(choice, FileChoice), "it fits"
-        settings = site.vision if site else VisionSettings()
-        stored = choice.open(settings)
+        stored = choice.open(site.vision)
         if len(stored) == 0:
             raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
-        details = (site.detector if site else None) or DetectionDetails()
+        details = site.detector or DetectionDetails()
         camera, size_px = _camera(path, stored, site, details)
         if stored.is_by_frame and details.file_rate_hz is None:
             raise InputError(
                 f"{path}: expected file_rate_hz in [detector] for detections by frame without a video, got none"
             )
         area_m = _area(path, camera, site, size_px)
-        poses = site.motion.poses if site and site.motion and camera is not None else None
+        poses = site.motion.poses if site.motion and camera is not None else None
         with told(InputError, path, "with the camera and roads of its site"):
             vision = box_camera(
                 stored,
@@ -72,13 +70,13 @@ class DetectionInput(Input):
                 pixel_from_ground=None if camera is None else camera.pixel_from_ground,
                 lens=None if camera is None else camera.lens,
                 motion=None if poses is None else StoredPoses(poses, size_px),
-                settings=settings,
+                settings=site.vision,
             )
         return cls(
             path=path,
             instants=stored.instants(details.file_rate_hz),
             vision=vision,
-            network=asked.network,
+            network=asked.site.network,
             detector=describe(choice),
             frame_count=stored.last_key + 1 if stored.is_by_frame else None,
             camera=None if camera is None else camera_record(camera, size_px),
@@ -90,13 +88,13 @@ class DetectionInput(Input):
 
 
 def _camera(
-    path: Path, stored: StoredDetections, site: Site | None, details: DetectionDetails
+    path: Path, stored: StoredDetections, site: Site, details: DetectionDetails
 ) -> tuple[GroundCamera | None, tuple[int, int]]:
     """Find the camera of the first moment; detections in metres do without one."""
-    is_known = site is not None and (site.camera is not None or site.motion is not None)
+    is_known = site.camera is not None or site.motion is not None
     if stored.is_on_ground and (not is_known or details.size_px is None):
         return None, NO_PICTURE
-    if site is None or not is_known:
+    if not is_known:
         raise InputError(f"{path}: expected a [camera] in the site file for boxes in pixels, got none")
     size_px = alone_size(details, path)
     if site.motion is not None and site.motion.poses is None:
@@ -106,14 +104,11 @@ def _camera(
         return first_camera(site.camera, site.motion, size_px), size_px
 
 
-def _area(
-    path: Path, camera: GroundCamera | None, site: Site | None, size_px: tuple[int, int]
-) -> tuple[FloatArray, ...]:
+def _area(path: Path, camera: GroundCamera | None, site: Site, size_px: tuple[int, int]) -> tuple[FloatArray, ...]:
     """Outline the ground on which detections are believed."""
-    if site is None or (camera is None and site.network is None):
-        raise InputError(f"{path}: expected a site file with a [network] or a [camera], got none")
     if camera is None:
-        assert site.network is not None
+        if site.network is None:
+            raise InputError(f"{path}: expected a site file with a [network] or a [camera], got none")
         return plain_rings(site.network.surface())
     with told(InputError, site.path, f"for {path.name}"):
         return watched_area(camera, site.network, site.road_mask, size_px, site.motion)

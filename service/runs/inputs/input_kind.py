@@ -17,7 +17,7 @@ from service.errors import InputError
 from service.records.runs import CameraRecord, InputKind
 from service.runs.graph.pipeline import Feed
 from service.runs.inputs.detectors import DetectorChoice, choose_detector
-from service.runs.inputs.sites.site import Site
+from service.runs.inputs.sites.site import NO_SITE, Site
 from vision.video.frames import VideoSource
 from vision.video.recording import is_recording, parts_so_far
 
@@ -38,21 +38,16 @@ class Asked:
     """
 
     path: Path
-    site: Site | None = None
+    site: Site = NO_SITE
     columns: Mapping[str, str] | None = None
     detector: str | None = None
     rate_hz: float | None = None
 
-    @property
-    def network(self) -> RoadNetwork | None:
-        """Return the roads of the site."""
-        return self.site.network if self.site else None
-
     @cached_property
     def choice(self) -> DetectorChoice:
         """Choose the detector; raises what `choose_detector` does."""
-        details, folder = (self.site.detector, self.site.path.parent) if self.site else (None, Path())
-        return choose_detector(self.detector, details, folder=folder, columns=self.columns)
+        folder = self.site.path.parent
+        return choose_detector(self.detector, self.site.detector, folder=folder, columns=self.columns)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -101,7 +101,7 @@ class RecordedRows(Input):
     @classmethod
     def open(cls, asked: Asked) -> "RecordedRows":
         """Read the header."""
-        return cls(path=asked.path, rows=ArrivingRows(asked.path, asked.columns), network=asked.network)
+        return cls(path=asked.path, rows=ArrivingRows(asked.path, asked.columns), network=asked.site.network)
 
     def feed(self, *, apart: bool = False) -> Feed:
         """Give the objects of each time; nothing needs to look at them."""

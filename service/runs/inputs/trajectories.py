@@ -279,7 +279,7 @@ class TrajectoryInput(Input):
         read = load_trajectories(asked.path, asked.columns)
         path = Path("stdin") if asked.path in STANDARD_INPUT else asked.path
         times = len(read.times_us)
-        return cls(path=path, trajectories=read, network=asked.network, warnings=read.warnings, frame_count=times)
+        return cls(path=path, trajectories=read, network=asked.site.network, warnings=read.warnings, frame_count=times)
 
     @property
     def contents(self) -> tuple[int, str]:

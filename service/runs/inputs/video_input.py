@@ -87,12 +87,12 @@ class VideoInput(Input):
         return Feed(VIDEO, there.frames(), there, there.notes)
 
 
-def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> VideoInput:
+def _with_channels(path: Path, site: Site, choice: MotionChoice) -> VideoInput:
     """Open what the built-in detector is to look at: the video, the thermal one beside it, or both."""
     if choice.channels == "colour":
         return replace(_open_video(path, site), detector=describe(choice))
-    thermal = site.thermal if site else None
-    if site is None or thermal is None:
+    thermal = site.thermal
+    if thermal is None:
         raise InputError(f"{path}: expected a [camera.thermal] in the site file for {describe(choice)}, got none")
     if choice.channels == "thermal":
         # Poses and masks are those of the colour camera.
@@ -110,14 +110,14 @@ def _with_channels(path: Path, site: Site | None, choice: MotionChoice) -> Video
     return replace(source, sensor=both, detector=describe(choice))
 
 
-def _open_video(path: Path, site: Site | None) -> VideoInput:
-    network, settings = (site.network, site.vision) if site else (None, VisionSettings())
+def _open_video(path: Path, site: Site) -> VideoInput:
+    network, settings = site.network, site.vision
     video = open_video(path)
     if network is not None:
         limits_mps = [MOST_SPEEDING * lane.speed_limit_mps for lane in network.lanes]
         fastest_mps = max([settings.tracking.max_speed_mps, *limits_mps])
         settings = replace(settings, tracking=replace(settings.tracking, max_speed_mps=fastest_mps))
-    if site is None or (site.camera is None and site.motion is None):
+    if site.camera is None and site.motion is None:
         return _without_camera(path, video, network, settings)
     size_px, motion, warnings = (video.width_px, video.height_px), site.motion, tuple[str, ...]()
     check_picture(site, path, size_px)
@@ -141,7 +141,7 @@ def _open_video(path: Path, site: Site | None) -> VideoInput:
 
 def _at_rate(source: VideoInput, asked: Asked) -> VideoInput:
     """Look at as many frames as were asked for; say so where the video has fewer."""
-    said_hz = asked.rate_hz if asked.rate_hz is not None else asked.site.rate_hz if asked.site else None
+    said_hz = asked.site.rate_hz if asked.rate_hz is None else asked.rate_hz
     rate_hz, video = said_hz or USUAL_RATE_HZ, source.sensor.video
     warnings = source.warnings
     if said_hz is not None and math.isfinite(said_hz) and said_hz > Pace.LENIENT * video.rate_hz > 0:

@@ -151,7 +151,7 @@ class Thermal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Site:
-    """A place, as its site file describes it.
+    """A place, as its site file describes it; `NO_SITE` where there is none.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Site:
     camera : None if the file has no [camera], or gives a moving one by its poses alone.
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
-    files : the site file and every file it names: all that the site depends on.
+    files : the site file and every file it names: all that the site depends on; none without one.
     motion : None if the camera is said to stand, or nothing is said; `camera` is that of the first frame if it moves.
     may_move : whether nothing is said.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
@@ -174,13 +174,13 @@ class Site:
     points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
     """
 
-    name: str
-    start_utc: datetime | None
-    network: RoadNetwork | None
-    camera: GroundCamera | None
-    road_mask: Path | None
-    path: Path
-    files: tuple[Path, ...]
+    name: str = ""
+    start_utc: datetime | None = None
+    network: RoadNetwork | None = None
+    camera: GroundCamera | None = None
+    road_mask: Path | None = None
+    path: Path = Path()
+    files: tuple[Path, ...] = ()
     motion: Motion | None = None
     may_move: bool = True
     thermal: Thermal | None = None
@@ -193,6 +193,9 @@ class Site:
     limits: Limits = field(default_factory=Limits)
     frame: LocalFrame | None = None
     points: FloatArray | None = None
+
+
+NO_SITE = Site()
 
 
 def load_site(path: str | Path) -> Site:

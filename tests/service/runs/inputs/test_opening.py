@@ -63,7 +63,7 @@ def test_column_map_for_a_video_is_refused(tmp_path: Path) -> None:
     video = tmp_path / "video.mp4"
     video.write_bytes(b"x")
     with pytest.raises(InputError, match=r"expected a .csv or .jsonl file to go with a column map, got '.mp4'"):
-        open_input(Asked(video, None, {"t_s": "t"}))
+        open_input(Asked(video, columns={"t_s": "t"}))
 
 
 def test_digest_depends_on_the_bytes_alone(tmp_path: Path) -> None:
