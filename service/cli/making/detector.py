@@ -92,7 +92,7 @@ def try_on_clip(
     from service.runs.inputs.detectors import OnnxChoice, choose_detector, describe
     from vision.networks.box_detector import CLASS_NAMES
 
-    choice = choose_detector(detector, None, folder=Path())
+    choice = choose_detector(detector, folder=Path())
     if not isinstance(choice, OnnxChoice):
         raise InputError(f"--detector: expected onnx:NAME or onnx:PATH, which looks at one frame; got {detector!r}")
     check_target(out, clip, *choice.files)

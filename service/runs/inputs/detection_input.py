@@ -10,7 +10,7 @@ from gis.roads.road_network import plain_rings
 from service.errors import InputError
 from service.records.runs import InputKind
 from service.runs.graph.pipeline import VIDEO, Feed
-from service.runs.inputs.detectors import DetectionDetails, FileChoice, alone_size, describe
+from service.runs.inputs.detectors import FileChoice, describe
 from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera
 from service.runs.inputs.sensors.watched_area import watched_area
@@ -54,9 +54,8 @@ class DetectionInput(Input):
         stored = choice.open(site.vision)
         if len(stored) == 0:
             raise InputError(f"{path}: expected at least one detection above the score threshold, got none")
-        details = site.detector or DetectionDetails()
-        camera, size_px = _camera(path, stored, site, details)
-        if stored.is_by_frame and details.file_rate_hz is None:
+        camera, size_px = _camera(path, stored, site)
+        if stored.is_by_frame and site.detector.file_rate_hz is None:
             raise InputError(
                 f"{path}: expected file_rate_hz in [detector] for detections by frame without a video, got none"
             )
@@ -74,7 +73,7 @@ class DetectionInput(Input):
             )
         return cls(
             path=path,
-            instants=stored.instants(details.file_rate_hz),
+            instants=stored.instants(site.detector.file_rate_hz),
             vision=vision,
             network=asked.site.network,
             detector=describe(choice),
@@ -87,16 +86,16 @@ class DetectionInput(Input):
         return Feed(VIDEO, self.instants, self.vision, self.vision.notes)
 
 
-def _camera(
-    path: Path, stored: StoredDetections, site: Site, details: DetectionDetails
-) -> tuple[GroundCamera | None, tuple[int, int]]:
+def _camera(path: Path, stored: StoredDetections, site: Site) -> tuple[GroundCamera | None, tuple[int, int]]:
     """Find the camera of the first moment; detections in metres do without one."""
+    size_px = site.detector.size_px
     is_known = site.camera is not None or site.motion is not None
-    if stored.is_on_ground and (not is_known or details.size_px is None):
+    if stored.is_on_ground and (not is_known or size_px is None):
         return None, NO_PICTURE
     if not is_known:
         raise InputError(f"{path}: expected a [camera] in the site file for boxes in pixels, got none")
-    size_px = alone_size(details, path)
+    if size_px is None:
+        raise InputError(f"{path}: expected size_px in [detector] for boxes in pixels without a video, got none")
     if site.motion is not None and site.motion.poses is None:
         raise InputError(f"{path}: expected poses of the moving camera for detections without a video, got none")
     check_picture(site, path, size_px)

@@ -52,6 +52,9 @@ class DetectionDetails:
     size_px: Annotated[tuple[Side, Side], Meta(description=SIZE)] | None = None
 
 
+USUAL_DETAILS = DetectionDetails()
+
+
 @dataclass(frozen=True, slots=True)
 class MotionChoice:
     """The built-in detector, on the channels to look at."""
@@ -139,7 +142,7 @@ SHIPPED_DETECTORS = Path(onnx_settings.__file__).parent / "weights"
 
 def choose_detector(
     wanted: str | None,
-    details: DetectionDetails | None,
+    details: DetectionDetails = USUAL_DETAILS,
     *,
     folder: Path,
     columns: Mapping[str, str] | None = None,
@@ -160,7 +163,6 @@ def choose_detector(
     VisionError
         If the description of a network cannot be used.
     """
-    details = details or DetectionDetails()
     text = wanted if wanted is not None else details.use
     where = "--detector" if wanted is not None else "[detector] use"
     if text == "auto":
@@ -251,16 +253,3 @@ def check_against(stored: StoredDetections, path: Path, frame_count: int | None)
     if late == len(stored):
         raise InputError(f"{path}: expected detections in the {frame_count} frames of the video, got all of them later")
     return (f"{path.name}: {late} of {len(stored)} detections lie past the video's end",) if late else ()
-
-
-def alone_size(details: DetectionDetails, path: Path) -> tuple[int, int]:
-    """Tell the size of the picture that a file of detections was made from.
-
-    Raises
-    ------
-    InputError
-        If the site file does not say.
-    """
-    if details.size_px is None:
-        raise InputError(f"{path}: expected size_px in [detector] for boxes in pixels without a video, got none")
-    return details.size_px

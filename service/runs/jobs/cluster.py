@@ -12,7 +12,7 @@ from typing import Any  # what is Ray's: it is an extra, and may not be here
 from urllib.parse import urlsplit
 
 from service.errors import ClusterError, LogError, ServiceError
-from service.runs.inputs.detectors import OnnxChoice, choose_detector
+from service.runs.inputs.detectors import USUAL_DETAILS, OnnxChoice, choose_detector
 from service.runs.inputs.sites.site import SiteFile
 from service.runs.jobs.worker import ASKED_EVERY_S, Tell, process_job
 from service.runs.machine import Interrupts, look_seldom
@@ -136,8 +136,9 @@ def asks_for_gpu(request: RunRequest) -> bool:
     What cannot be read here is told by who processes it.
     """
     try:
-        said = None if request.site is None else read_toml(request.site, SiteFile, what="a site file").detector
-        folder = request.input.parent if request.site is None else request.site.parent
+        said, folder = USUAL_DETAILS, request.input.parent
+        if request.site is not None:
+            said, folder = read_toml(request.site, SiteFile, what="a site file").detector, request.site.parent
         choice = choose_detector(request.detector, said, folder=folder, columns=request.columns)
     except (ServiceError, VisionError):
         return False

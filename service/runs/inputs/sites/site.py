@@ -29,7 +29,7 @@ from gis.roads.sumo_net import read_sumo_net
 from qsr.settings import RelationSettings
 from service.errors import SiteError
 from service.records.times import FIRST_UTC, LAST_UTC
-from service.runs.inputs.detectors import DetectionDetails
+from service.runs.inputs.detectors import USUAL_DETAILS, DetectionDetails
 from service.texts.toml_tables import Number, Text, read_toml, told, wrong
 from vision.settings import VisionSettings
 
@@ -114,7 +114,7 @@ class SiteFile(Struct, kw_only=True):
     network: NetworkTable | None = None
     frame: FrameTable | None = None
     camera: CameraTable | None = None
-    detector: DetectionDetails | None = None
+    detector: DetectionDetails = USUAL_DETAILS
     anchoring: AnchoringSettings = AnchoringSettings()
     relations: RelationSettings = RelationSettings()
     vision: VisionSettings = VisionSettings()
@@ -165,7 +165,7 @@ class Site:
     motion : None if the camera is said to stand, or nothing is said; `camera` is that of the first frame if it moves.
     may_move : whether nothing is said.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
-    detector : which detector is to look, and what it needs besides; None if the file has no [detector].
+    detector : which detector is to look, and what it needs besides.
     anchoring, relations, vision : the numbers of these engines, with what the tables of these names change in them.
     size_px : of the picture that the camera was measured in; None if the file does not say.
     rate_hz : frames of a video to look at in a second, infinite for all; None if the file does not say.
@@ -184,7 +184,7 @@ class Site:
     motion: Motion | None = None
     may_move: bool = True
     thermal: Thermal | None = None
-    detector: DetectionDetails | None = None
+    detector: DetectionDetails = USUAL_DETAILS
     anchoring: AnchoringSettings = field(default_factory=AnchoringSettings)
     relations: RelationSettings = field(default_factory=RelationSettings)
     vision: VisionSettings = field(default_factory=VisionSettings)

@@ -209,18 +209,18 @@ def test_car_that_only_the_thermal_camera_sees_is_in_the_log(tmp_path: Path) -> 
 def test_detectors_are_chosen_by_their_words(tmp_path: Path) -> None:
     network, found = make_network(tmp_path), make_mot(tmp_path)
     details = DetectionDetails(use="onnx:net.onnx")
-    assert choose_detector(None, None, folder=tmp_path) == AutoChoice()
+    assert choose_detector(None, folder=tmp_path) == AutoChoice()
     assert choose_detector("auto", details, folder=tmp_path) == AutoChoice()
     assert choose_detector("motion", details, folder=tmp_path) == MotionChoice()
     assert isinstance(choose_detector(None, details, folder=tmp_path), OnnxChoice)
-    assert isinstance(choose_detector(f"onnx:{network}", None, folder=Path()), OnnxChoice)
+    assert isinstance(choose_detector(f"onnx:{network}", folder=Path()), OnnxChoice)
     assert isinstance(choose_detector(f"file:{found}", details, folder=tmp_path), FileChoice)
 
 
 @pytest.mark.parametrize("wanted", ["yolo", "motion:", "motion:night", "onnx:", "file", ""])
 def test_unknown_detectors_are_refused(tmp_path: Path, wanted: str) -> None:
     with pytest.raises(InputError, match=r"--detector: expected auto, motion, .* or file:PATH, got '"):
-        choose_detector(wanted, None, folder=tmp_path)
+        choose_detector(wanted, folder=tmp_path)
 
 
 @pytest.mark.parametrize(
