@@ -29,8 +29,9 @@ PADDING = 114
 # Networks halve their input up to five times: sides of open inputs are multiples of this.
 INPUT_STEP_PX = 32
 
-# Sizes come out a little different in both looks: a vehicle that is nearly small enough is taken from either.
-EITHER_SHARE = 2 / 3
+# What is small, but longer than this share of it, is taken from either look: sizes differ a little, and of what stands
+# half hidden one look may see what the other one misses.
+EITHER_SHARE = 1 / 2
 
 # So much of a part of a vehicle lies in the box of the whole.
 PART_SHARE = 0.85
