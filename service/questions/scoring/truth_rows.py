@@ -144,7 +144,9 @@ def read_truth(folder: Path, words: Sequence[str], numbers: Sequence[str]) -> tu
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             times, texts, values = _read(path, csv.reader(file), columns, len(words))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise TruthError(f"{path}: expected UTF-8 text, got byte {error.object[error.start]:#04x}") from error
+    except (OSError, csv.Error) as error:
         raise TruthError(f"{path}: expected a readable CSV file, got {error}") from error
     if not times:
         raise TruthError(f"{path}: expected at least one row, got none")

@@ -9,6 +9,7 @@ import pytest
 
 from service.cli.app import run
 from service.errors import LogError
+from service.runs.inputs.input_kind import Asked
 from service.store.log import open_log
 from tests.service.logs import overtake, write_log, write_small_log
 from tests.service.tracks import HEADER, write_row, write_tracks
@@ -61,8 +62,8 @@ def test_a_file_name_that_is_no_text(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_an_input_that_may_not_be_read(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def forbidden(path: Path, *_: object, **__: object) -> None:
-        raise PermissionError(13, "Permission denied", str(path))
+    def forbidden(asked: Asked) -> None:
+        raise PermissionError(13, "Permission denied", str(asked.path))
 
     tracks = write_tracks(tmp_path / "t.csv", frames=2)
     monkeypatch.setattr("service.runs.processing.open_input", forbidden)
@@ -119,8 +120,8 @@ def test_a_video_with_a_header_and_no_frame_is_broken(capsys: pytest.CaptureFixt
         (b"\xff\xfe", b"", "truth.csv: expected UTF-8 text, got byte 0xff"),
         (b"t_us,id,x_m,y_m\n0,a,0,0\n", b"\xff\n", "truth_events.jsonl: expected UTF-8 text, got byte 0xff"),
         (b"t_us,id,x_m,y_m\n0,a,0,0\n", b"[" * 200_000, "truth_events.jsonl:1: expected a truth event"),
-        (b"", b"", "truth.csv: expected at least one row with t_us, id, x_m, y_m, got none"),
-        (b"t_us,id,x_m,y_m\n", b"", "truth.csv: expected at least one row with t_us, id, x_m, y_m, got none"),
+        (b"", b"", "truth.csv:1: expected columns t_us, id, x_m, y_m, got no 't_us'"),
+        (b"t_us,id,x_m,y_m\n", b"", "truth.csv: expected at least one row, got none"),
     ],
     ids=["binary truth", "binary events", "nested events", "empty truth", "truth without rows"],
 )
