@@ -238,11 +238,11 @@ def likenesses(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_p
     -------
     (n,) from -1 to 1.
     """
-    return likeness(looks(luma, points_px), looks(other, other_px))
+    return likeness(patches(luma, points_px), patches(other, other_px))
 
 
-def looks(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
-    """Say how it looks around full-size positions, (..., 2), of a half-size picture.
+def patches(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
+    """Cut out what is around full-size positions, (..., 2), of a half-size picture.
 
     Returns
     -------
@@ -258,5 +258,5 @@ def looks(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
 
 
 def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> FloatArray:
-    """Correlate `looks`, (..., 25) each; from -1 to 1."""
+    """Correlate `patches`, (..., 25) each; from -1 to 1."""
     return np.asarray(np.einsum("...p,...p->...", one, other), np.float64)

@@ -13,7 +13,7 @@ import numpy as np
 from vision.objects import BoolArray, ByteArray, FloatArray
 from vision.registration.key_frames import corners_of, half_size
 from vision.registration.plane_fit import transform
-from vision.registration.registration import Registration, likeness, looks
+from vision.registration.registration import Registration, likeness, patches
 from vision.registration.settings import RegistrationSettings
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
@@ -69,7 +69,7 @@ class MovementWatch:
         # The first picture's pixels take the place of the ground.
         self._registration = Registration(np.eye(3), image_size_px, settings)
         self._corners_px: FloatArray | None = None
-        self._first_looks = np.zeros((0, 0), np.float32)
+        self._first_patches = np.zeros((0, 0), np.float32)
         self._looked_us: int | None = None
         self._moved_looks = 0
         self.present_from_first: FloatArray = np.eye(3)
@@ -91,13 +91,13 @@ class MovementWatch:
             if self._corners_px is None:
                 self._registration.locate(frame, ())
                 self._corners_px = corners_of(luma, (), self._settings)
-                self._first_looks = looks(luma, self._corners_px)
+                self._first_patches = patches(luma, self._corners_px)
             self._moved_looks = self._moved_looks + 1 if self._has_moved(self._corners_px, luma, frame) else 0
         return self._moved_looks >= self._settings.watch_looks
 
     def _has_moved(self, corners_px: FloatArray, luma: ByteArray, frame: Frame) -> bool:
-        settings, first = self._settings, self._first_looks
-        there = likeness(first, looks(luma, corners_px))
+        settings, first = self._settings, self._first_patches
+        there = likeness(first, patches(luma, corners_px))
         if _most(there >= settings.least_likeness) and not self._is_better_beside(corners_px, luma, there):
             return False
         found = self._registration.locate(frame, ())
@@ -109,7 +109,7 @@ class MovementWatch:
         is_in_view = ((moved_px >= 0) & (moved_px <= self._size_px - 1)).all(axis=1)
         if not is_in_view.any() or np.median(shift_px[is_in_view]) < self._least_px:
             return False
-        moved = likeness(first, looks(luma, moved_px))
+        moved = likeness(first, patches(luma, moved_px))
         says_moved = is_in_view & (moved >= settings.least_likeness) & (moved > there)
         says_stood = (there >= settings.least_likeness) & (there >= moved)
         voters = np.count_nonzero(says_moved) + np.count_nonzero(says_stood)
@@ -120,8 +120,8 @@ class MovementWatch:
 
         Blurred ones look nearly as they did from two pixels away.
         """
-        beside = looks(luma, corners_px + self._least_px * SIDES[:, None])
-        return any(_most(one > there) for one in likeness(self._first_looks, beside))
+        beside = patches(luma, corners_px + self._least_px * SIDES[:, None])
+        return any(_most(one > there) for one in likeness(self._first_patches, beside))
 
 
 def _most(of: BoolArray) -> bool:

@@ -19,7 +19,8 @@ from service.texts.toml_tables import Number, Text, read_toml
 from vision.networks import onnx_settings
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
-from vision.networks.onnx_detector import OnnxDetector, Part, picture_scale
+from vision.networks.network_input import Part, picture_scale
+from vision.networks.onnx_detector import OnnxDetector
 from vision.networks.onnx_settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.settings import VisionSettings

@@ -13,8 +13,10 @@ from tests.vision.onnx_file import FloatArray, blob_finder, constant_answer, mod
 from tests.vision.support import make_frame
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
+from vision.networks.closer_look import CloserLook
 from vision.networks.network import Network
-from vision.networks.onnx_detector import CloserLook, Letterbox, OnnxDetector, picture_scale, suppress
+from vision.networks.network_input import Letterbox, picture_scale
+from vision.networks.onnx_detector import OnnxDetector, suppress
 from vision.networks.onnx_settings import Layout, OnnxSettings
 
 SIZE_PX = (128, 72)
