@@ -24,7 +24,7 @@ from fractions import Fraction
 from itertools import combinations, product
 from typing import NamedTuple
 
-from chronicles.compilation.grouping import joined
+from chronicles.compilation.components import connected_components
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.steps import members, missing_from, steps_from
 from dyknow.language.diagnostics import Reporter
@@ -220,7 +220,7 @@ def warn_unjoined(plan: Plan, place: Span, reporter: Reporter) -> None:
     reporter : receives the warning.
     """
     slots_of = [{slot for _, slot in position.test.variables} for position in plan.positions]
-    groups = [group for group in joined(slots_of) if any(slots_of[one] for one in group)]
+    groups = [group for group in connected_components(slots_of) if any(slots_of[one] for one in group)]
     apart = [pair for group, following in combinations(groups, 2) for pair in product(group, following)]
     spread_us = max((plan.distance_us[one][other] + plan.distance_us[other][one] for one, other in apart), default=0)
     if spread_us >= _WIDE_US:

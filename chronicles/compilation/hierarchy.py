@@ -8,7 +8,7 @@ it, and see what each other set.
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from chronicles.compilation.grouping import joined
+from chronicles.compilation.components import connected_components
 from chronicles.compilation.plan import Emission, Plan
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.places import Span
@@ -90,7 +90,7 @@ def _sources(plans: Sequence[Plan]) -> dict[str, list[Source]]:
     found: dict[str, list[Source]] = {}
     # Chronicles that set an attribute together run together; most are alone.
     setters = [plan for plan in plans if plan.asserts]
-    together = [[setters[index] for index in group] for group in joined(plan.asserts for plan in setters)]
+    together = [[setters[index] for index in group] for group in connected_components(plan.asserts for plan in setters)]
     for allies in [*together, *([plan] for plan in plans if not plan.asserts)]:
         consumed = frozenset[str]().union(*(one.consumes for one in allies))
         asserted = frozenset[str]().union(*(one.asserts for one in allies))

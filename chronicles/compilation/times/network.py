@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chronicles.compilation.grouping import joined
+from chronicles.compilation.components import connected_components
 from chronicles.language import model
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
@@ -180,7 +180,7 @@ def warn_implied(chronicle: model.Chronicle, points: Sequence[str], edges: Seque
 def _is_forest(constraints: Sequence[Sequence[Edge]]) -> bool:
     """Say whether there is one way at most from any point to any other, as in most chronicles: then none is implied."""
     ends = [{own[0].source, own[0].target} for own in constraints]
-    return len(set[int]().union(*ends)) == len(ends) + len(joined(ends))
+    return len(set[int]().union(*ends)) == len(ends) + len(connected_components(ends))
 
 
 def _report(one: model.TimeConstraint, points: Sequence[str], reasons: Sequence[Edge], reporter: Reporter) -> None:

@@ -1,9 +1,9 @@
-"""Which things hang together? Those that have something in common, directly or by way of others."""
+"""Which things are connected? Those that have something in common, directly or by way of others."""
 
 from collections.abc import Collection, Hashable, Iterable
 
 
-def joined(keys_of: Iterable[Collection[Hashable]]) -> list[list[int]]:
+def connected_components(keys_of: Iterable[Collection[Hashable]]) -> list[list[int]]:
     """Group things by what they have in common.
 
     Parameters
@@ -16,7 +16,7 @@ def joined(keys_of: Iterable[Collection[Hashable]]) -> list[list[int]]:
 
     Examples
     --------
-    >>> joined([{"a"}, {"b"}, {"c"}, {"a", "c"}, ()])
+    >>> connected_components([{"a"}, {"b"}, {"c"}, {"a", "c"}, ()])
     [[1], [2, 0, 3], [4]]
     """
     groups: list[tuple[list[int], set[Hashable]]] = []
