@@ -33,7 +33,7 @@ class Switch(IntEnum):
     B_AT_SHORT_HEADWAY = 13
     SHORT_TTC = 14  # contact is near if both go on as they do
     HARD_BRAKING = 15  # and only hard braking would prevent it
-    IN_COURSE = 16  # on one road the bodies overlap sideways, so that who keeps to it meets the other one
+    IN_COURSE = 16  # across the way in which they approach, along the road on one, the bodies overlap: they do not miss
 
 
 class FacingSwitch(IntEnum):

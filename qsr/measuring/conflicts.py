@@ -7,6 +7,9 @@ Time to collision (Hayward 1972, "Near-miss determination through use of a scale
 two boxes whose sides are parallel touch from the moment they overlap along both axes. On one road the axes are those of
 the road, and nobody is taken to change lanes; elsewhere they are those of one body, and the other body counts as the
 box around it. Both bodies have their say, and the later contact counts.
+
+Whether they meet at all is a matter of how far they overlap seen along the way in which they approach: where that is
+less than places are known, they may as well miss each other.
 """
 
 import math
@@ -37,8 +40,6 @@ _NEVER_S = 10.0
 _STILL_MPS = 1e-9
 # Slower cars count as so fast, where a distance is divided by the speed.
 _SLOWEST_MPS = 0.01
-# Beyond every threshold: off the road who meets whom is a matter of both directions, and is in the time to contact.
-_IN_COURSE_M = 10.0
 # Far below every threshold: the quantity of a car that is not the next one ahead.
 _NOT_NEXT_S = -100.0
 # Where two cars do not meet, as above.
@@ -65,7 +66,7 @@ def fill_conflicts(
     closing_mps = np.hypot(rate_x[0], rate_y[0])
     travel = ends[TRAVEL]
     along_road = on_one_road & (np.abs(travel).min(axis=0) > math.sqrt(settings.road_alignment))
-    values[Switch.IN_COURSE] = _IN_COURSE_M
+    values[Switch.IN_COURSE] = _course_overlap_m(ends, free, rate_x[0], rate_y[0])
     if along_road.any():
         rate_of_a, rate_of_b = speed_mps * travel
         rate_mps = rate_of_b - rate_of_a
@@ -90,6 +91,17 @@ def _contact_in_free_space(ends: FloatArray, free: FreeSpace, rate_x: FloatArray
     sideways = _overlap(free.left, rate_y * cos - rate_x * sin, reach_aside)
     contact_s: FloatArray = _first_contact(forward, sideways).max(axis=0)
     return contact_s
+
+
+def _course_overlap_m(ends: FloatArray, free: FreeSpace, rate_x: FloatArray, rate_y: FloatArray) -> FloatArray:
+    """Measure how far two bodies, (pairs,), overlap across the way in which b approaches a; below zero they miss."""
+    speed = np.maximum(np.hypot(rate_x, rate_y), _STILL_MPS)
+    across_x, across_y = -rate_y / speed, rate_x / speed
+    cos, sin = ends[COS], ends[SIN]
+    ahead, aside = np.abs(cos * across_x + sin * across_y), np.abs(cos * across_y - sin * across_x)
+    reach = ends[HALF_LENGTH] * ahead + ends[HALF_PATH] * aside
+    overlap_m: FloatArray = reach[0] + reach[1] - np.abs(free.x[0] * across_x + free.y[0] * across_y)
+    return overlap_m
 
 
 def _overlap(apart: FloatArray, rate: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -130,6 +130,18 @@ def contact_in_frame_of(body: Body, other: Body) -> float:
     return contact_time(turned(other.x - body.x, other.y - body.y), turned(*relative_velocity(body, other)), reach)
 
 
+def course_overlap(a: Body, b: Body) -> float:
+    """How far they overlap, seen along the way in which b moves seen from a."""
+    vx, vy = relative_velocity(a, b)
+    way = math.atan2(vy, vx)
+    away = abs((b.y - a.y) * math.cos(way) - (b.x - a.x) * math.sin(way))
+    reach = [
+        body.length / 2 * abs(math.sin(body.heading - way)) + body.width / 2 * abs(math.cos(body.heading - way))
+        for body in (a, b)
+    ]
+    return sum(reach) - away
+
+
 def relative_velocity(a: Body, b: Body) -> tuple[float, float]:
     return (
         b.speed * math.cos(b.heading) - a.speed * math.cos(a.heading),
@@ -178,7 +190,7 @@ def conflict_quantities(a: Body, b: Body, settings: RelationSettings) -> dict[st
         ttc = contact_time((b.along - a.along, b.across - a.across), (rate, 0.0), reach)
         course = reach[1] - abs(b.across - a.across)
     else:
-        course = 10.0
+        course = course_overlap(a, b)
         rate = math.hypot(*relative_velocity(a, b))
         ttc = max(contact_in_frame_of(a, b), contact_in_frame_of(b, a))
     braking = abs(rate) / 2 / max(ttc, settings.conflict_at_once_s)

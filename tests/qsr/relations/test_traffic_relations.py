@@ -108,12 +108,13 @@ def test_bodies_that_pass_clear_of_each_other_on_a_road_are_in_no_conflict(acros
     assert at_once(head_on, "conflict") == {("a", "b"): conflict}
 
 
+@pytest.mark.parametrize("on_road", [True, False])
 @pytest.mark.parametrize(("across_m", "sure"), [(0.2, (0.95, 1.0)), (1.8, (0.6, 0.8))])
 def test_a_conflict_of_bodies_that_overlap_by_no_more_than_their_noise_is_unsure(
-    across_m: float, sure: tuple[float, float]
+    across_m: float, sure: tuple[float, float], *, on_road: bool
 ) -> None:
     frames = [
-        footprints(t_us, "ab", [[0.0, 0.0], [ahead_m, across_m]], speed_mps=[25.0, 5.0], straight_road=True)
+        footprints(t_us, "ab", [[0.0, 0.0], [ahead_m, across_m]], speed_mps=[25.0, 5.0], straight_road=on_road)
         for t_us, ahead_m in ((0, 60.0), (40_000, 8.0), (1_000_000, 8.0))
     ]
     noisy = [one.having(sigma_m=np.full(2, 0.2)) for one in frames]
@@ -132,6 +133,14 @@ def test_paths_that_cross_are_a_conflict_if_both_cars_come_at_one_time(lead_s: f
     speed_mps, to_crossing_m = 12.0, 16.0
     xy_m = [[-to_crossing_m, 0.0], [0.0, -to_crossing_m - lead_s * speed_mps]]
     frame = footprints(0, "ab", xy_m, heading_rad=[0.0, np.pi / 2], speed_mps=speed_mps, width_m=1.8)
+    assert at_once(frame, "conflict") == {("a", "b"): conflict}
+
+
+@pytest.mark.parametrize(
+    ("y_m", "conflict"), [(-7.5, True), (-10.0, False)], ids=["corner by corner", "0.9 m behind it"]
+)
+def test_bodies_that_pass_each_other_askew_are_in_no_conflict(y_m: float, conflict: bool) -> None:
+    frame = footprints(0, "ab", [[0.0, 0.0], [8.0, y_m]], heading_rad=[0.0, np.deg2rad(120.0)], speed_mps=10.0)
     assert at_once(frame, "conflict") == {("a", "b"): conflict}
 
 
