@@ -104,10 +104,9 @@ class SwitchBank:
         self.is_on: BoolArray = np.zeros((rows, 0), dtype=np.bool_)
         self.since_us: LongArray = np.zeros((rows, 0), dtype=np.int64)
 
-    def clearance(self, column: int) -> FloatArray:
-        """Say how far each quantity of a column is from its threshold, (rows,), in its margins."""
-        clearance: FloatArray = self._last_values[:, column] / np.maximum(self._margins[:, 0], 1e-9)
-        return clearance
+    def values(self, column: int) -> FloatArray:
+        """Give the latest quantities of a column, (rows,)."""
+        return self._last_values[:, column]
 
     def sides(self, values: FloatArray) -> IntArray:
         """Say where quantities, (rows, columns), are: 2 above the margin, 1 above zero, 0 below it, -1 below both.

@@ -9,6 +9,7 @@ Pairs are found and measured for many looks at once; what has changed is told lo
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -20,7 +21,7 @@ from qsr.changes.pair_observer import PairObserver
 from qsr.measuring.conflicts import oncoming_values
 from qsr.measuring.footprints import HALF_LENGTH, BoolArray, FloatArray, LongArray, X, Y
 from qsr.measuring.pairs import NearSet, facing_pairs, near_in_time, pair_keys, pairs_within
-from qsr.measuring.road_relations import switch_margins, switch_values
+from qsr.measuring.road_relations import switch_margins, switch_noise, switch_values
 from qsr.relations import (
     FACING_RELATIONS,
     NEAR_IN_TIME_RELATIONS,
@@ -158,9 +159,9 @@ class KeptPairs:
     def __init__(self, relations: Sequence[PairRelation], margins: FloatArray, settings: RelationSettings) -> None:
         self.rows = 1 + max(switches_of(relations))
         self._near = NearSet()
-        self._relations = PairObserver(
-            relations, margins[: self.rows], margin_m=settings.margin_m, backdate_us=settings.backdate_us
-        )
+        margins = margins[: self.rows]
+        noise = partial(switch_noise, margins=margins, settings=settings)
+        self._relations = PairObserver(relations, margins, noise=noise, backdate_us=settings.backdate_us)
 
     def differs(self, found: Found) -> BoolArray:
         """Tell in which looks pairs show something else than in the look before, (looks,)."""

@@ -5,7 +5,7 @@ made only for the few values that change.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -23,15 +23,21 @@ class PairObserver:
     ----------
     relations : that are given out.
     margins : (switches,) as for `qsr.changes.crossings.SwitchBank`.
-    margin_m : the one of positions; all margins are taken to be as many standard deviations of their quantities.
+    noise : gives the standard deviations of the quantities of a pair, (switches,), from these quantities and those of
+        the two places, (2,).
     backdate_us : a change is dated back at most this far.
     """
 
     def __init__(
-        self, relations: Sequence[PairRelation], margins: FloatArray, *, margin_m: float, backdate_us: int
+        self,
+        relations: Sequence[PairRelation],
+        margins: FloatArray,
+        *,
+        noise: Callable[[FloatArray, FloatArray], FloatArray],
+        backdate_us: int,
     ) -> None:
         self._relations = relations
-        self._margin_m = margin_m
+        self._noise = noise
         self._sigma_m: FloatArray = np.zeros(0)
         # Row, name, and which order of the arguments it is for.
         self._names = [
@@ -139,16 +145,17 @@ class PairObserver:
 
     def _confidence(self, relation: PairRelation, column: int, *, now_true: bool) -> float:
         """Say how probable it is that noise did not make a change: all switches are right, or one that is off is."""
-        sigma_m = float(np.hypot(*self._sigma_m[self._columns[:, column]]))
-        if not sigma_m > 0:  # not known, or exact
+        sigma_m = self._sigma_m[self._columns[:, column]]
+        if not np.hypot(*sigma_m) > 0:  # not known, or exact
             return 1.0
-        clear, is_on = self._bank.clearance(column), self._bank.is_on[:, column]
+        values, is_on = self._bank.values(column), self._bank.is_on[:, column]
+        clear = values / np.maximum(self._noise(values, sigma_m), 1e-9)
         right = [clear[one] for one in relation.switches if is_on[one] == now_true]
         right += [-clear[one] for one in relation.but_not if is_on[one] != now_true]
         if not now_true:
             right = [-one for one in right]
-        margins = float(min(right) if now_true else max(right))
-        return 0.5 * math.erfc(-margins * self._margin_m / sigma_m / math.sqrt(2.0))
+        sigmas = float(min(right) if now_true else max(right))
+        return 0.5 * math.erfc(-sigmas / math.sqrt(2.0))
 
     def _ended(self, column: int, t_us: int, gone: Mapping[str, Gone]) -> list[RelationChange]:
         """Tell unknown what concerns objects that are gone, or too far apart."""

@@ -83,6 +83,33 @@ def fill_conflicts(
     values[Switch.HARD_BRAKING] = braking_mps2 - settings.conflict_braking_mps2
 
 
+def conflict_noise(values: FloatArray, sigma_m: FloatArray, settings: RelationSettings) -> tuple[float, float]:
+    """Say how far the time to contact of a pair, and the braking, may be off by places and speeds that are not exact.
+
+    A filter that knows places better knows speeds better, by the third root: the steady state of a Kalman filter of
+    vehicles that change their speed at random (Bar-Shalom et al. 2001, "Estimation with Applications to Tracking and
+    Navigation", ch. 6).
+
+    Parameters
+    ----------
+    values : (switches,) of the pair, from which both are taken.
+    sigma_m : (2,) standard deviations of the two places.
+    settings : thresholds.
+
+    Returns
+    -------
+    Standard deviations in seconds and in metres per second squared.
+    """
+    ttc_s = max(settings.conflict_ttc_s - values[Switch.SHORT_TTC], settings.conflict_at_once_s)
+    braking_mps2 = values[Switch.HARD_BRAKING] + settings.conflict_braking_mps2
+    closing_mps = max(2.0 * ttc_s * braking_mps2, _SLOWEST_MPS)
+    place_m, speed_mps = math.hypot(*sigma_m), settings.speed_noise_mps * math.hypot(*np.cbrt(sigma_m))
+    ttc_noise_s = math.hypot(place_m, speed_mps * ttc_s) / closing_mps
+    # The braking is half the square of the closing speed over the distance.
+    braking_noise = braking_mps2 * math.hypot(2.0 * speed_mps, place_m / ttc_s) / closing_mps
+    return ttc_noise_s, braking_noise
+
+
 def _contact_in_free_space(ends: FloatArray, free: FreeSpace, rate_x: FloatArray, rate_y: FloatArray) -> FloatArray:
     """Measure the time to contact; the rates, (2, pairs), are those of the other body, from this one's."""
     cos, sin = ends[COS], ends[SIN]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qsr.measuring.conflicts import fill_conflicts, fill_headways
+from qsr.measuring.conflicts import conflict_noise, fill_conflicts, fill_headways
 from qsr.measuring.footprints import (
     ACROSS,
     ALONG,
@@ -117,6 +117,24 @@ def switch_margins(settings: RelationSettings) -> FloatArray:
     margins[Switch.SHORT_TTC] = settings.conflict_ttc_margin_s
     margins[Switch.HARD_BRAKING] = settings.conflict_braking_margin_mps2
     return margins
+
+
+def switch_noise(
+    values: FloatArray, sigma_m: FloatArray, *, margins: FloatArray, settings: RelationSettings
+) -> FloatArray:
+    """Say how far the quantities of a pair may be off, (switches,): their standard deviations, each in its unit.
+
+    Parameters
+    ----------
+    values : (switches,) the quantities, as many as were asked for.
+    sigma_m : (2,) standard deviations of the two places.
+    margins : (switches,); each is as many standard deviations as that of positions, save where speeds matter more.
+    settings : thresholds.
+    """
+    noise = margins * (math.hypot(*sigma_m) / settings.margin_m)
+    if len(values) > Switch.HARD_BRAKING:
+        noise[[Switch.SHORT_TTC, Switch.HARD_BRAKING]] = conflict_noise(values, sigma_m, settings)
+    return noise
 
 
 def is_on_one_road(ends: FloatArray, apart_m: FloatArray, settings: RelationSettings) -> BoolArray:

@@ -52,6 +52,12 @@ def doubled() -> Iterator[Footprints]:
         yield frame.having(sigma_m=np.full(2, 0.1))
 
 
+def known_roughly() -> Iterator[Footprints]:
+    """Let a tracker that says how unsure it is see a car drive slowly towards one that stands."""
+    for frame in nearing(speed_mps=5.0):
+        yield frame.having(sigma_m=np.full(2, 0.3))
+
+
 def aside() -> Iterator[Footprints]:
     """Let a car drive 70 m behind another one at 30 m/s, and go off to the side."""
     for number in range(40):
@@ -77,6 +83,7 @@ SCENES: Mapping[str, Sequence[Footprints]] = {
     "noisy and fast": [*nearing(speed_mps=15.0, noise_m=2.5)],
     "wide": [*wide()],
     "doubled": [*doubled()],
+    "known roughly": [*known_roughly()],
     "aside": [*aside()],
     "facing": [*facing()],
     "traffic": [*traffic()],
@@ -93,6 +100,7 @@ NOTICED_IN: Mapping[str, Sequence[str]] = {
     ),
     "wide": ("enter_radius_m", "enter_line_m", "widest_m"),
     "doubled": ("place_dwell_us", "double_us"),
+    "known roughly": ("speed_noise_mps",),
     "aside": ("enter_reach_s", "leave_line_m", "following_s"),
     "facing": ("leave_reach_s", "oncoming_s", "oncoming_margin_s", "oncoming_enter_m", "oncoming_leave_m"),
     "traffic": ("beside_lateral_m", "heading_limit_rad", "direction_margin"),
