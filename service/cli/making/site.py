@@ -32,7 +32,8 @@ def new(
     """Make a site file from points known in the picture and on the ground; tell how well a camera fits them."""
     if points is None and (still is None or lanes is not None):
         raise typer.BadParameter("expected --points FILE, or --still PNG alone to read pixels from; got neither")
-    picture = frame_of(clip, at).to_bgr()
+    frame = frame_of(clip, at)
+    picture = frame.to_bgr()
     for target in (one for one in (still, out if points else None) if one is not None):
         check_target(target, clip, points, lanes)
         if target.exists() and not force:
@@ -40,23 +41,23 @@ def new(
     if still is not None:
         write_picture(still, picture)
     if points is not None:
-        _write_site(clip, points, lanes, out, (picture.shape[1], picture.shape[0]), as_json=as_json)
+        _write_site(clip, points, lanes, out, frame, as_json=as_json)
     else:
         told = f"{still}: note pixels and places of 8 or more marks as u_px,v_px,x_m,y_m; then"
         show({"still": str(still)}, f"{told}\n    dyknow site new {clip} --points points.csv", as_json=as_json)
 
 
-def _write_site(
-    clip: Path, points: Path, lanes: Path | None, out: Path, size_px: tuple[int, int], *, as_json: bool
-) -> None:
+def _write_site(clip: Path, points: Path, lanes: Path | None, out: Path, frame: "Frame", *, as_json: bool) -> None:
     import tempfile
 
     from service.runs.inputs.sites.new_site import read_marks, site_text
     from service.runs.inputs.sites.site import load_site
     from service.runs.inputs.sites.site_review import review
 
+    height_px, width_px = frame.luma.shape
+    size_px = width_px, height_px
     marks = read_marks(points, size_px)
-    text = site_text(clip.stem, marks, size_px, lanes)
+    text = site_text(clip.stem, marks, size_px, frame.t_us, lanes)
     # What is wrong is found before anything is written, in a file of the same name elsewhere.
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / out.name
@@ -91,7 +92,7 @@ def check(
     out: Annotated[Path, typer.Option(help="The picture to write (.png, .jpg).")],
     image: Annotated[Path | None, typer.Option(help="A frame of the camera as a picture.")] = None,
     clip: Annotated[Path | None, typer.Option(help="A video of the camera.")] = None,
-    at: At = "0",
+    at: Annotated[str | None, typer.Option(help="Media time of the frame; default: that of the points.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Draw a site's lanes, points and metre grid on a frame, and warn of what is wrong with them."""
@@ -108,6 +109,7 @@ def check(
     known = load_site(site)
     if known.camera is None and known.motion is None:
         raise InputError(f"{site}: expected a [camera] to look at, got none")
+    at = f"{known.measured_at_us / 1e6}s" if at is None else at
     picture = read_picture(source) if image else frame_of(source, at).to_bgr()
     size_px = (picture.shape[1], picture.shape[0])
     check_picture(known, source, size_px)

@@ -20,7 +20,7 @@ from service.runs.inputs.detectors import (
 )
 from service.runs.inputs.input_kind import Asked, Input, camera_record, is_read_once
 from service.runs.inputs.sensors.first_look import FirstLook, first_look
-from service.runs.inputs.sensors.moving_camera import first_camera
+from service.runs.inputs.sensors.moving_camera import camera_at_start, first_camera
 from service.runs.inputs.sensors.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
 from service.runs.inputs.sensors.vision_apart import VisionApart
 from service.runs.inputs.sensors.watched_area import watched_area
@@ -128,7 +128,12 @@ def _open_video(path: Path, site: Site) -> VideoInput:
         if motion is None and site.may_move and not is_read_once(path):
             least_px = noticed_px(camera.pixel_from_ground, size_px, settings)
             look = first_look(open_video(path), settings, span_us=NOTICED_US, least_px=least_px)
-            motion, warnings = _noticed_motion(path, look, is_bound=is_bound)
+            motion, warnings = _noticed_motion(path, look, measured_at_us=site.measured_at_us, is_bound=is_bound)
+        if motion is not None and motion.poses is None and site.measured_at_us > 0:
+            if is_read_once(path):
+                raise InputError(f"expected camera.measured_at_s = 0 for what can be read but once, got {path}")
+            frames = open_video(path).frames()
+            camera = camera_at_start(camera, frames, site.measured_at_us, size_px, settings.registration)
         area_m = watched_area(camera, network, site.road_mask, size_px, motion)
         # A camera of points is somebody's own; that of a homography comes from who knew it better.
         if site.points is not None and motion is None:
@@ -156,17 +161,17 @@ def _at_rate(source: VideoInput, asked: Asked) -> VideoInput:
     )
 
 
-def _noticed_motion(path: Path, look: FirstLook, *, is_bound: bool) -> tuple[Motion | None, tuple[str, ...]]:
+def _noticed_motion(
+    path: Path, look: FirstLook, *, measured_at_us: int, is_bound: bool
+) -> tuple[Motion | None, tuple[str, ...]]:
     """Follow a camera that was seen to move, if it is not bound to stand; with what the user is told."""
     if look.moves_from_us is None:
         return None, ()
     seen = f"{path.name}: the camera moves, seen at {look.moves_from_us / 1e6:.2f} s"
     if is_bound:
         return None, (f"{seen}, but road masks and bent lenses are for one that stands: places will be wrong",)
-    how = (
-        "it is followed by its pictures, as with moving = true in the site file, which is taken to be of the first one"
-    )
-    return Motion(None, None), (f"{seen}; {how}",)
+    how = "it is followed by its pictures, as with moving = true in the site file"
+    return Motion(None, None), (f"{seen}; {how}, whose camera is taken for that at {measured_at_us / 1e6:g} s",)
 
 
 def _video_input(path: Path, sensor: VideoSensor, *warnings: str) -> VideoInput:

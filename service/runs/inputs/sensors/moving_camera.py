@@ -1,17 +1,19 @@
 """How does vision follow a camera that moves? By its poses where the site file has them, else by the pictures."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraTrack
 from gis.errors import GisError
+from service.errors import InputError
 from service.runs.inputs.sites.site import Motion
 from vision.networks.box_detector import Instant
 from vision.objects import FloatArray
 from vision.registration.registration import Registration
 from vision.registration.settings import RegistrationSettings
+from vision.video.frame import Frame
 
 # How far the camera may come to look, as a part of the diagonal of its first view: less where there is no network,
 # since all ground in reach is road then.
@@ -56,6 +58,43 @@ def first_camera(camera: GroundCamera | None, motion: Motion | None, size_px: tu
         return motion.poses.poses[0].camera(*size_px)
     assert camera is not None, "a site with a camera has its first map or its poses"
     return camera
+
+
+def camera_at_start(
+    measured: GroundCamera,
+    frames: Iterable[Frame],
+    at_us: int,
+    size_px: tuple[int, int],
+    settings: RegistrationSettings,
+) -> GroundCamera:
+    """Follow the picture to the one that a camera was measured in; give the camera of the first one.
+
+    Parameters
+    ----------
+    measured : of the first frame at or after `at_us`.
+    frames : from the first one on.
+    at_us : media time.
+    size_px : width and height of the frames.
+    settings : of the registration.
+
+    Raises
+    ------
+    InputError
+        If there is no such frame, or none of the first one's ground is recognised in it.
+    """
+    there = measured.pixel_from_ground
+    follow, here = Registration(there, size_px, settings), None
+    for frame in frames:
+        here = follow.locate(frame, ())
+        if frame.t_us >= at_us:
+            break
+    else:
+        raise InputError(f"expected a frame at camera.measured_at_s ({at_us / 1e6:g} s), got a video that ends before")
+    if here is None:
+        expected = f"expected the picture at camera.measured_at_s ({at_us / 1e6:g} s) to show ground of the first one"
+        raise InputError(f"{expected}, got a lost view ({follow.refusal})")
+    # The first frame was taken for the measured one, and that came out as `here`: the way between them, taken back.
+    return GroundCamera.from_homography(np.linalg.inv(there @ np.linalg.inv(here) @ there))
 
 
 def reach_m(camera: GroundCamera, motion: Motion, size_px: tuple[int, int], *, has_roads: bool) -> float:

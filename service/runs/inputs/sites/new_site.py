@@ -78,11 +78,12 @@ def read_marks(path: Path, size_px: tuple[int, int]) -> Marks:
     return Marks(names, np.column_stack((values[:, :2], ground_m)), frame)
 
 
-def site_text(name: str, marks: Marks, size_px: tuple[int, int], lanes: Path | None = None) -> str:
+def site_text(name: str, marks: Marks, size_px: tuple[int, int], at_us: int = 0, lanes: Path | None = None) -> str:
     """Write a site file: its frame, its camera by the marks, and the lanes of a file of lines in pixels.
 
     Parameters
     ----------
+    at_us : media time of the picture that the marks are of.
     lanes : CSV with `lane,u_px,v_px`, a row for each point in driving direction, and perhaps `road`, `direction`,
         `width_m` and `speed_limit_mps`, which the first row of a lane tells for all.
 
@@ -95,7 +96,8 @@ def site_text(name: str, marks: Marks, size_px: tuple[int, int], lanes: Path | N
     if marks.frame is not None:
         lat_deg, lon_deg = marks.frame.origin_lat_deg, marks.frame.origin_lon_deg
         parts.append(f"[frame]\norigin_lat_deg = {lat_deg!r}\norigin_lon_deg = {lon_deg!r}\n")
-    parts.append(f"[camera]\nsize_px = {list(size_px)}\n")
+    measured = f"measured_at_s = {at_us / 1e6!r}\n" if at_us else ""
+    parts.append(f"[camera]\nsize_px = {list(size_px)}\n{measured}")
     for mark, (u_px, v_px, x_m, y_m) in zip(marks.names, marks.points.tolist(), strict=True):
         told = f"# {json.dumps(mark)}\n[[camera.point]]\n"
         parts.append(f"{told}pixel = [{u_px:.12g}, {v_px:.12g}]\nground_m = [{x_m:.4f}, {y_m:.4f}]\n")

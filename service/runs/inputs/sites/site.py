@@ -40,6 +40,7 @@ Matrix = Annotated[tuple[_Row, _Row, _Row], Meta(description="3 rows of 3 number
 Side = Annotated[int, Meta(ge=2)]
 Size = Annotated[tuple[Side, Side], Meta(description="width and height of the picture, two whole numbers above 1")]
 Metres = Annotated[float, Meta(ge=0, le=1e300, description="metres, not below 0")]
+Seconds = Annotated[float, Meta(ge=0, le=1e9, description="seconds, not below 0")]
 Rate = Annotated[
     Annotated[float, Meta(ge=0.1, le=1000)] | Literal["full"],
     Meta(description='frames a second from 0.1 to 1000, or "full"'),
@@ -103,6 +104,7 @@ class CameraTable(Struct):
     rate_hz: Rate | None = None
     poses: Path | None = None
     reach_m: Metres | None = None
+    measured_at_s: Seconds = 0.0
     thermal: ThermalTable | None = None
 
 
@@ -162,7 +164,7 @@ class Site:
     road_mask : an image of the frame's size that is bright where road is; exists when the file is loaded.
     path : the site file.
     files : the site file and every file it names: all that the site depends on; none without one.
-    motion : None if the camera is said to stand, or nothing is said; `camera` is that of the first frame if it moves.
+    motion : None if the camera is said to stand, or nothing is said.
     may_move : whether nothing is said.
     thermal : a second picture of the same ground; None if the file has no [camera.thermal].
     detector : which detector is to look, and what it needs besides.
@@ -172,6 +174,7 @@ class Site:
     limits : what each chronicle may cost.
     frame : where on Earth it lies; None if the file does not say.
     points : (n, 4) pixel and ground of the marks that the camera was fitted to; None if it was not.
+    measured_at_us : media time of the picture that `camera` is of, which matters where the camera moves.
     """
 
     name: str = ""
@@ -193,6 +196,7 @@ class Site:
     limits: Limits = field(default_factory=Limits)
     frame: LocalFrame | None = None
     points: FloatArray | None = None
+    measured_at_us: int = 0
 
 
 NO_SITE = Site()
@@ -251,6 +255,7 @@ def load_site(path: str | Path) -> Site:
         rate_hz=math.inf if view.rate_hz == "full" else view.rate_hz,
         frame=frame,
         points=np.array([(*one.pixel, *one.ground_m) for one in view.point]) if view.point else None,
+        measured_at_us=round(view.measured_at_s * 1_000_000),
     )
 
 

@@ -40,7 +40,7 @@ FRAME = LocalFrame(58.4, 15.6)
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("clip") / "clip.mp4"
-    write_video(path, [np.full(SIZE_PX[::-1], 120, np.uint8)] * 3)
+    write_video(path, [np.full(SIZE_PX[::-1], grey, np.uint8) for grey in (120, 140, 160)])
     return path
 
 
@@ -131,6 +131,20 @@ def test_a_still_alone_and_a_check_of_it(clip: Path, tmp_path: Path, capsys: pyt
     assert "site.toml: expected a picture that OpenCV can read, got another file or none" in said
     assert "camera.size_px: expected half.png to be 320 x 240 px as the site's picture, got 160 x 120 px" in said
     assert "all pixels of the site times 0.5 would fit" in said
+
+
+def test_a_site_says_of_which_picture_its_points_are(clip: Path, tmp_path: Path) -> None:
+    site, points = tmp_path / "site.toml", metres(tmp_path / "points.csv")
+    new = ["site", "new", str(clip), "--points", str(points), "--out", str(site)]
+    assert run(new) == 0
+    assert "measured_at_s" not in site.read_text()
+    assert run([*new, "--force", "--at", "0.05s"]) == 0
+    assert "measured_at_s = 0.08\n" in site.read_text()
+    assert load_site(site).measured_at_us == 80_000
+    check = ["site", "check", str(site), "--clip", str(clip), "--out"]
+    for name, more in (("same.png", ["--at", "0.08s"]), ("usual.png", [])):
+        assert run([*check, str(tmp_path / name), *more]) == 0
+    assert (tmp_path / "usual.png").read_bytes() == (tmp_path / "same.png").read_bytes()
 
 
 def test_nothing_is_written_over_without_force(clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

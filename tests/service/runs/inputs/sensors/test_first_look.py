@@ -56,7 +56,20 @@ def test_camera_of_which_nothing_is_said_is_followed(clips: Path, site: str, fol
     opened = VideoInput.open(Asked(clips / "drifts.mp4", load_site(clips / f"{site}.toml")))
     assert (opened.sensor.motion is not None) == follows
     assert [("the camera moves, seen at" in warning) for warning in opened.warnings] == [True] * follows
-    assert [("to be of the first one" in warning) for warning in opened.warnings] == [True] * follows
+    assert [("taken for that at 0 s" in warning) for warning in opened.warnings] == [True] * follows
+
+
+def test_a_camera_measured_in_a_later_picture_is_taken_back_to_the_first_one(clips: Path, tmp_path: Path) -> None:
+    (later := tmp_path / "later.toml").write_text(
+        f'name = "here"\n[camera]\nmeasured_at_s = 3.0\nhomography = {np.linalg.inv(view(east_m=4.0)).tolist()}\n'
+    )
+    first = VideoInput.open(Asked(clips / "drifts.mp4", load_site(clips / "nothing.toml"))).sensor.ground_camera
+    opened = VideoInput.open(Asked(clips / "drifts.mp4", load_site(later)))
+    corners = [(0.0, 0.0), (SIZE[0] - 1.0, SIZE[1] - 1.0)]
+    assert opened.sensor.ground_camera.to_ground(corners) == pytest.approx(first.to_ground(corners), abs=0.1)
+    assert "taken for that at 3 s" in opened.warnings[0]
+    stands = VideoInput.open(Asked(clips / "stands.mp4", load_site(later))).sensor.ground_camera
+    assert stands.to_ground(corners) == pytest.approx(first.to_ground(corners) + np.array([4.0, 0.0]))
 
 
 def test_camera_that_stands_is_not_warned_of(clips: Path) -> None:

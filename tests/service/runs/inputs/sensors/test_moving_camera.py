@@ -9,11 +9,15 @@ import pytest
 
 from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
-from service.errors import SiteError
-from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera, reach_m
+from service.errors import InputError, SiteError
+from service.runs.inputs.sensors.moving_camera import StoredPoses, camera_at_start, first_camera, reach_m
 from service.runs.inputs.sensors.watched_area import watched_area
 from service.runs.inputs.sites.site import Motion, Site, load_site
+from tests.vision.moving_world import SIZE as WORLD_SIZE
+from tests.vision.moving_world import MovingWorld, drift
 from tests.vision.support import make_frame
+from vision.registration.settings import RegistrationSettings
+from vision.video.frame import Frame
 
 SIZE = (320, 180)
 HEAD = 'name = "drone"\nstart_utc = 2026-05-01T08:00:00Z\n'
@@ -55,6 +59,8 @@ def test_poses_stand_in_for_the_map_and_belong_to_the_site(tmp_path: Path) -> No
     [
         (MAP + 'moving = "yes"\n', "camera.moving: expected true, false or \"auto\", got 'yes'"),
         (MAP + "reach_m = 5\n", "camera.reach_m: expected moving = true beside reach_m, got 'auto'"),
+        (MAP + "measured_at_s = -1\n", "camera.measured_at_s: expected seconds, not below 0, got -1"),
+        (MAP + "measured_at_s = nan\n", "camera.measured_at_s: expected seconds, not below 0, got nan"),
         (MAP + "moving = true\nreach_m = -1\n", "camera.reach_m: expected metres, not below 0, got -1"),
         (MAP + 'moving = true\nposes = "no.csv"\n', "camera.poses: expected the path of a file, got 'no.csv'"),
         (MAP + 'moving = true\nposes = "site.toml"\n', "camera.poses: .*expected the columns t_us, x_m"),
@@ -104,3 +110,28 @@ def test_without_roads_all_ground_in_reach_is_watched() -> None:
     camera = GroundCamera.from_homography([[0.5, 0, 0], [0, -0.5, 90], [0, 0, 1]])
     (ring,) = watched_area(camera, None, None, SIZE, Motion(None, 10.0))
     assert np.ptp(ring, axis=0) == pytest.approx([180.0, 110.0])
+
+
+def drifting(last: int) -> list[Frame]:
+    """What a camera that drifts sees, at 25 frames a second."""
+    world = MovingWorld()
+    return [replace(world.frame(drift(k), k), t_us=k * 40_000) for k in range(0, last + 1, 3)]
+
+
+def test_points_of_a_later_picture_are_taken_back_to_the_first_one() -> None:
+    measured = GroundCamera.from_homography(np.linalg.inv(drift(90)))
+    frames = drifting(120)  # 90 x 40 ms are 3.6 s
+    first = camera_at_start(measured, frames, 3_600_000, WORLD_SIZE, RegistrationSettings())
+    corners = [(0, 0), (WORLD_SIZE[0] - 1, 0), (0, WORLD_SIZE[1] - 1), (WORLD_SIZE[0] - 1, WORLD_SIZE[1] - 1)]
+    true_m = GroundCamera.from_homography(np.linalg.inv(drift(0))).to_ground(corners)
+    assert np.abs(measured.to_ground(corners) - true_m).max() > 5.0
+    assert first.to_ground(corners) == pytest.approx(true_m, abs=0.5)
+
+
+def test_points_of_a_picture_that_cannot_be_reached_are_refused() -> None:
+    camera, frames = GroundCamera.from_homography(np.linalg.inv(drift(0))), drifting(30)
+    with pytest.raises(InputError, match=r"measured_at_s \(9 s\), got a video that ends before"):
+        camera_at_start(camera, frames, 9_000_000, WORLD_SIZE, RegistrationSettings())
+    black = make_frame(np.zeros(WORLD_SIZE[::-1]), index=40, t_us=1_600_000)
+    with pytest.raises(InputError, match=r"measured_at_s \(1.6 s\) to show ground of the first one, got a lost view"):
+        camera_at_start(camera, [*frames, black], 1_600_000, WORLD_SIZE, RegistrationSettings())

@@ -173,7 +173,7 @@ def test_the_documentation_names_every_field() -> None:
             HEAD + "[camera]\nwind = 3\n",
             (
                 "camera.wind: expected one of homography, point, size_px, radial, road_mask, moving, rate_hz, poses, "
-                "reach_m, thermal; "
+                "reach_m, measured_at_s, thermal; "
                 "got an unknown field"
             ),
         ),
