@@ -2,17 +2,18 @@
 
 import contextlib
 import fcntl
+import gc
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from service.cli.app import run
-from service.runs.processing import RunRequest, process
-from tests.service.http import close_loop
+
+# The process that hands the tests out reads this file too and runs none, so what is heavy is imported where it is used.
 
 SECONDS = 16
 """Of the demo's 60: four overtakes are over by then, and a longer clip begins with the shorter one's pictures."""
@@ -36,6 +37,17 @@ class Demo:
         return self.folder / "log.db"
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Leave modules and tests out of all searches for garbage: they pile up here, and stay to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 @pytest.fixture(scope="session", autouse=True)
 def patient_pool() -> Iterator[None]:
     """Let answers of processes take their time on a busy machine; tests of the time limit give one of their own."""
@@ -48,6 +60,8 @@ def patient_pool() -> Iterator[None]:
 def one_loop() -> Iterator[None]:
     """End what the clients of the tests share."""
     yield
+    from tests.service.http import close_loop
+
     close_loop()
 
 
@@ -76,6 +90,8 @@ def scene(demo: Demo) -> Path:
 @pytest.fixture(scope="session")
 def tracks_log(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Process the true trajectories of the scene; nobody writes into their log."""
+    from service.runs.processing import RunRequest, process
+
     path = tmp_path_factory.mktemp("tracks") / "log.db"
     process(RunRequest(scene / "truth.csv", scene / "site.toml", str(path)))
     return path

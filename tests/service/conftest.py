@@ -7,6 +7,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any  # fixtures' own types
 
+import msgspec
 import pytest
 from sqlalchemy import create_engine, text
 from sqlalchemy.engine import make_url
@@ -42,6 +43,21 @@ def texts_read_once() -> Iterator[None]:
             "_read",
             lambda texts, produced=None: _read_once(tuple(texts), None if produced is None else frozenset(produced)),
         )
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def bodies_described_once() -> Iterator[None]:
+    """Describe each body once for all applications of the tests, a third of what it takes to make one."""
+    describe = msgspec.json.schema
+
+    @cache
+    def described(kind: Any, **options: str) -> bytes:
+        return msgspec.json.encode(describe(kind, **options))
+
+    with pytest.MonkeyPatch.context() as patch:
+        # Read anew each time, as who gets it may change it.
+        patch.setattr(msgspec.json, "schema", lambda kind, **options: msgspec.json.decode(described(kind, **options)))
         yield
 
 
