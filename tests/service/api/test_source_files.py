@@ -36,17 +36,30 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+def folders_in(folder: Path) -> SourceFolders:
+    for name in ("uploads", "allowed"):
+        (folder / name).mkdir()
+    return SourceFolders(folder / "uploads", 0.001, (folder / "allowed",))
+
+
 @pytest.fixture
 def folders(tmp_path: Path) -> SourceFolders:
-    for name in ("uploads", "allowed"):
-        (tmp_path / name).mkdir()
-    return SourceFolders(tmp_path / "uploads", 0.001, (tmp_path / "allowed",))
+    return folders_in(tmp_path)
 
 
 @pytest.fixture
 def client(tmp_path: Path, folders: SourceFolders) -> Iterator[Client]:
     with Client(create_app(write_log(tmp_path / "a.db", []), shipped=(), folders=folders)) as opened:
         yield opened
+
+
+@pytest.fixture(scope="module")
+def refused(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Client, SourceFolders]]:
+    """Give one client to all tests whose files are refused: nothing gets into its log and folders."""
+    folder = tmp_path_factory.mktemp("refused")
+    folders = folders_in(folder)
+    with Client(create_app(write_log(folder / "a.db", []), shipped=(), folders=folders)) as opened:
+        yield opened, folders
 
 
 def uploaded(folders: SourceFolders) -> list[str]:
@@ -114,8 +127,9 @@ def test_a_name_of_a_file_in_its_place_is_taken(client: Client, folders: SourceF
     ],
 )
 def test_what_is_refused_leaves_nothing(
-    client: Client, folders: SourceFolders, *, video: Path, name: str, body: bytes, status: int, detail: str
+    refused: tuple[Client, SourceFolders], *, video: Path, name: str, body: bytes, status: int, detail: str
 ) -> None:
+    client, folders = refused
     came, text = put(client, name, body.replace(b"%s", os.fsencode(video)))
     assert (came, detail in text) == (status, True), text
     assert "upload-" not in text
@@ -123,9 +137,8 @@ def test_what_is_refused_leaves_nothing(
 
 
 @pytest.mark.parametrize("digest", [f"sha-256=:{'A' * 43}=:", "sha-256=AAAA", "sha-256=:AAAA:"])
-def test_a_digest_that_does_not_fit_is_refused(
-    client: Client, folders: SourceFolders, video: Path, digest: str
-) -> None:
+def test_a_digest_that_does_not_fit_is_refused(refused: tuple[Client, SourceFolders], video: Path, digest: str) -> None:
+    client, folders = refused
     status, text = put(client, "a", video.read_bytes(), **{"Content-Digest": digest})
     assert (status, "Content-Digest: expected" in text, uploaded(folders)) == (422, True, [])
 
@@ -133,7 +146,8 @@ def test_a_digest_that_does_not_fit_is_refused(
 @pytest.mark.parametrize(
     "name", ["%2e%2e", "%2e%2e%2fa", "%2fetc%2fpasswd", "a%00", "a" * 300, "a%0A", ".a", "a%5cb", "%ff", "-a", "a%25d"]
 )
-def test_no_name_leads_out_of_the_folder(client: Client, folders: SourceFolders, video: Path, name: str) -> None:
+def test_no_name_leads_out_of_the_folder(refused: tuple[Client, SourceFolders], video: Path, name: str) -> None:
+    client, folders = refused
     assert put(client, name, video.read_bytes())[0] in (404, 422)
     for method in ("GET", "DELETE"):
         assert client.request(method, f"{SOURCES}/{name}").status_code in (404, 422)

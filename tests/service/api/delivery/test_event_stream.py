@@ -168,6 +168,12 @@ def test_streams_end_whole_when_the_server_stops(new_log: NewLog) -> None:
         assert list(found) == []
 
 
+@pytest.fixture(scope="module")
+def client(new_log: NewLog) -> Iterator[Client]:
+    with Client(create_app(write_log(new_log(), [overtake()]), shipped=())) as opened:
+        yield opened
+
+
 @pytest.mark.parametrize(
     ("query", "detail"),
     [
@@ -180,11 +186,10 @@ def test_streams_end_whole_when_the_server_stops(new_log: NewLog) -> None:
         ("min_confidence=2", "min_confidence: expected 0 to 1, got '2'"),
     ],
 )
-def test_what_cannot_be_streamed_is_refused(new_log: NewLog, query: str, detail: str) -> None:
-    with Client(create_app(write_log(new_log(), [overtake()]), shipped=())) as client:
-        answer = client.get(f"{PATH}?{query}")
-        assert answer.status_code == 422
-        assert msgspec.json.decode(answer.content, type=Problem).detail.startswith(detail)
+def test_what_cannot_be_streamed_is_refused(client: Client, query: str, detail: str) -> None:
+    answer = client.get(f"{PATH}?{query}")
+    assert answer.status_code == 422
+    assert msgspec.json.decode(answer.content, type=Problem).detail.startswith(detail)
 
 
 def test_heads_are_answered_at_once(new_log: NewLog) -> None:

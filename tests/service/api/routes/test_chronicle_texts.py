@@ -30,6 +30,13 @@ def client(url: str) -> Iterator[Client]:
         yield opened
 
 
+@pytest.fixture(scope="module")
+def refused(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """Give one client to all tests whose questions are refused: nothing gets into its log."""
+    with Client(create_app(write_log(tmp_path_factory.mktemp("refused") / "a.db", []), shipped=())) as opened:
+        yield opened
+
+
 def put(client: Client, name: str, text: str, **headers: str) -> tuple[int, str | None]:
     answer = client.request("PUT", f"{CHRONICLES}/{name}", content=text.encode(), headers=headers)
     return answer.status_code, answer.headers.get("etag")
@@ -94,18 +101,18 @@ def test_a_text_with_errors_is_refused_with_the_findings_of_check(client: Client
         ("near", f"# \0\n{NEAR}", "near: expected a text, got a NUL character"),
     ],
 )
-def test_a_text_that_is_none_of_its_name_is_refused(client: Client, name: str, text: str, detail: str) -> None:
-    answer = client.request("PUT", f"{CHRONICLES}/{name}", content=text.encode(), headers=NEW)
+def test_a_text_that_is_none_of_its_name_is_refused(refused: Client, name: str, text: str, detail: str) -> None:
+    answer = refused.request("PUT", f"{CHRONICLES}/{name}", content=text.encode(), headers=NEW)
     assert (answer.status_code, answer.json()["detail"]) == (422, detail)
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_no_name_does_harm(client: Client, name: str) -> None:
+def test_no_name_does_harm(refused: Client, name: str) -> None:
     for method in ("GET", "PUT", "DELETE"):
-        answer = client.request(method, f"{CHRONICLES}/{name}", content=NEAR.encode(), headers=NEW)
+        answer = refused.request(method, f"{CHRONICLES}/{name}", content=NEAR.encode(), headers=NEW)
         assert answer.status_code in (404, 405, 422), (method, answer.text)
         assert answer.headers["content-type"] == "application/problem+json"
-    assert client.get(CHRONICLES).json()["texts"] == []
+    assert refused.get(CHRONICLES).json()["texts"] == []
 
 
 def test_a_text_is_laid_out(client: Client) -> None:
@@ -142,15 +149,15 @@ def test_a_text_is_tried_and_compared(demo: Demo) -> None:
         ({"text": NEAR, "limit": 0}, 422, "limit: expected greater than or equal to 1, got 0"),
     ],
 )
-def test_a_wrong_question_is_refused(client: Client, body: dict[str, object], status: int, detail: str) -> None:
-    answer = client.request("POST", f"{CHRONICLES}/try", json=body)
+def test_a_wrong_question_is_refused(refused: Client, body: dict[str, object], status: int, detail: str) -> None:
+    answer = refused.request("POST", f"{CHRONICLES}/try", json=body)
     assert (answer.status_code, detail in answer.json()["detail"]) == (status, True), answer.text
 
 
 @pytest.mark.parametrize("body", [b'{"text": "\\ud800"}', b"{", b"[]", b"\xff", b"", b"[" * 100_000])
-def test_a_body_that_is_none_is_refused(client: Client, body: bytes) -> None:
+def test_a_body_that_is_none_is_refused(refused: Client, body: bytes) -> None:
     headers = {"Content-Type": "application/json"}
-    answer = client.request("POST", f"{CHRONICLES}/try", content=body, headers=headers)
+    answer = refused.request("POST", f"{CHRONICLES}/try", content=body, headers=headers)
     assert answer.status_code in (400, 422), answer.text
     assert answer.headers["content-type"] == "application/problem+json"
 

@@ -24,10 +24,9 @@ from tests.service.logs import write_log
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }"
 
 
-@pytest.fixture
-def url(tmp_path: Path, tracks: Path) -> str:
-    """A log with the tracks as its source."""
-    written = write_log(tmp_path / "a.db", [])
+def log_with(tracks: Path, path: Path) -> str:
+    """Make a log with the tracks as its source."""
+    written = write_log(path, [])
     with open_log(written) as opened:
         sources = Sources(opened)
         sources.add(Source("tracks", str(tracks), "", 1, 1))
@@ -35,8 +34,24 @@ def url(tmp_path: Path, tracks: Path) -> str:
 
 
 @pytest.fixture
+def url(tmp_path: Path, tracks: Path) -> str:
+    return log_with(tracks, tmp_path / "a.db")
+
+
+def asking(url: str, tracks: Path) -> Client:
+    return Client(create_app(url, shipped=(), folders=SourceFolders(allowed=(tracks.parent,))))
+
+
+@pytest.fixture
 def client(url: str, tracks: Path) -> Iterator[Client]:
-    with Client(create_app(url, shipped=(), folders=SourceFolders(allowed=(tracks.parent,)))) as opened:
+    with asking(url, tracks) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def refused(tracks: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """Give one client to all tests whose questions are refused: nothing gets into its log."""
+    with asking(log_with(tracks, tmp_path_factory.mktemp("refused") / "a.db"), tracks) as opened:
         yield opened
 
 
@@ -170,9 +185,9 @@ def test_a_job_is_cancelled_and_tried_again(client: Client) -> None:
 
 
 @pytest.mark.parametrize("job", ["0" * 16, "0", "..%2f", "%00", "0" * 300])
-def test_an_unknown_job_is_a_problem(client: Client, job: str) -> None:
+def test_an_unknown_job_is_a_problem(refused: Client, job: str) -> None:
     for method, path in (("GET", job), ("POST", f"{job}/cancel"), ("POST", f"{job}/retry")):
-        assert client.request(method, f"/api/v1/jobs/{path}").status_code in (404, 422)
+        assert refused.request(method, f"/api/v1/jobs/{path}").status_code in (404, 422)
 
 
 @pytest.mark.parametrize(
@@ -194,10 +209,10 @@ def test_an_unknown_job_is_a_problem(client: Client, job: str) -> None:
         ({"input": "/etc/passwd"}, 422, "input: expected no such parameter"),
     ],
 )
-def test_a_wrong_request_is_refused(client: Client, order: dict[str, object], status: int, detail: str) -> None:
-    answer = client.request("POST", "/api/v1/runs", json={"source": "tracks", **order})
+def test_a_wrong_request_is_refused(refused: Client, order: dict[str, object], status: int, detail: str) -> None:
+    answer = refused.request("POST", "/api/v1/runs", json={"source": "tracks", **order})
     assert (answer.status_code, detail in answer.json()["detail"]) == (status, True), answer.text
-    assert client.get("/api/v1/jobs").json()["items"] == []
+    assert refused.get("/api/v1/jobs").json()["items"] == []
 
 
 def test_a_source_whose_file_is_gone_begins_no_run(client: Client, url: str) -> None:

@@ -1,5 +1,7 @@
 """Is a page the same, whether it is answered at once, by a thread, or out of what is kept?"""
 
+from collections.abc import Iterator
+
 import pytest
 
 from service.api.app import create_app
@@ -29,17 +31,26 @@ def asked(client: Client, query: str) -> tuple[int, bytes, dict[str, str]]:
     return answer.status_code, answer.content, {k: v for k, v in answer.headers.items() if k not in own}
 
 
+@pytest.fixture(scope="module")
+def url(new_log: NewLog) -> str:
+    return write_log(new_log(), [overtake(start_s) for start_s in range(6)])
+
+
+@pytest.fixture(scope="module")
+def slow(url: str) -> Iterator[Client]:
+    """Give a client of an application that answers by threads alone."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(EventLog, "hasty", lambda _: None)
+        app = create_app(url, shipped=())
+    with Client(app) as opened:
+        yield opened
+
+
 @pytest.mark.parametrize("query", QUERIES)
-def test_a_page_is_the_same_at_once_kept_and_by_a_thread(
-    new_log: NewLog, monkeypatch: pytest.MonkeyPatch, query: str
-) -> None:
-    url = write_log(new_log(), [overtake(start_s) for start_s in range(6)])
+def test_a_page_is_the_same_at_once_kept_and_by_a_thread(url: str, slow: Client, query: str) -> None:
     with Client(create_app(url, shipped=())) as client:
         first, second, kept = (asked(client, query) for _ in range(3))  # by the first one coverage is known
-        with monkeypatch.context() as patch:
-            patch.setattr(EventLog, "hasty", lambda _: None)
-            with Client(create_app(url, shipped=())) as slow:
-                assert first == second == kept == asked(slow, query)
+    assert first == second == kept == asked(slow, query)
     assert first[0] == 200
 
 
