@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+import pytest
 
 from qsr.changes.crossings import RelationChange
 from qsr.errors import QsrError
@@ -12,7 +13,7 @@ from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.settings import RelationSettings
 from tests.qsr.support import footprints, random_traffic
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 
 PERIOD_US = 100_000
 
@@ -115,6 +116,11 @@ def told(scene: str, settings: RelationSettings) -> list[RelationChange]:
     return [change for frame in SCENES[scene] for change in observer.observe(frame)]
 
 
+def test_every_number_has_a_scene() -> None:
+    assert without_scene(RelationSettings(), NOTICED_IN.values()) == []
+
+
+@pytest.mark.slow
 def test_twice_or_half_of_every_number_is_noticed() -> None:
     scenes = {partial(told, scene): names for scene, names in NOTICED_IN.items()}
     # What is refused is such as to enter further out than to leave.

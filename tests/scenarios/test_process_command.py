@@ -49,7 +49,7 @@ def test_video_that_breaks_half_way_keeps_its_events(capsys: pytest.CaptureFixtu
     whole = (GOLDEN_CLIP / "video.mp4").read_bytes()
     video, log = tmp_path / "half.mp4", tmp_path / "log.db"
     video.write_bytes(whole[: len(whole) * 4 // 5])
-    code = process(video, "--site", GOLDEN_CLIP / "site.toml", "--log", log)
+    code = process(video, "--site", GOLDEN_CLIP / "site.toml", "--log", log, "--workers", 0)
     assert code == 3
     assert "the events up to there are kept" in capsys.readouterr().err
     with open_log(str(log)) as opened:

@@ -94,13 +94,23 @@ def new_log(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return lambda: f"sqlite:///{folder / f'log_{next(numbers)}.db'}"
 
 
-@pytest.fixture(scope="session")
-def tracks(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten seconds of a scene, with its site."""
-    folder = tmp_path_factory.mktemp("tracks")
+def first_seconds(scene: Path, folder: Path, seconds: int) -> Path:
+    """Write the first rows of the true tracks of a scene, with its site."""
     lines = (scene / "truth.csv").read_text().splitlines(keepends=True)
-    early = [one for one in lines[1:] if int(one.split(",")[0]) < 10_000_000]
+    early = [one for one in lines[1:] if int(one.split(",")[0]) < seconds * 1_000_000]
     (folder / "a.csv").write_text("".join([lines[0], *early]))
     for name in ("site.toml", "network.net.xml"):
         (folder / name).write_bytes((scene / name).read_bytes())
     return folder / "a.csv"
+
+
+@pytest.fixture(scope="session")
+def tracks(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten seconds of a scene, with its site."""
+    return first_seconds(scene, tmp_path_factory.mktemp("tracks"), 10)
+
+
+@pytest.fixture(scope="session")
+def brief(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two seconds of it, for tests of what becomes of a job, whatever is in it."""
+    return first_seconds(scene, tmp_path_factory.mktemp("brief"), 2)

@@ -8,9 +8,10 @@ from functools import cache
 
 import cv2
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from tests.vision.road.test_rectify import ground_surface
 from tests.vision.support import ByteArray, FloatArray, draw_boxes, make_boxes, make_frame, top_view, whole_view
 from vision.background.background import AT_THRESHOLD, Background
@@ -279,5 +280,10 @@ NOTICED_IN = {
 }
 
 
+def test_every_number_has_a_scene() -> None:
+    assert without_scene(BackgroundSettings(), NOTICED_IN.values()) == []
+
+
+@pytest.mark.slow
 def test_twice_or_half_of_any_number_is_noticed() -> None:
     assert unnoticed(BackgroundSettings(), NOTICED_IN, small=5) == []

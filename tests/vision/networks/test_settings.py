@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 
 import numpy as np
+import pytest
 
-from tests.turned import unnoticed
+from tests.turned import unnoticed, without_scene
 from tests.vision.detection.test_settings import Outcome, boxes_of, differs, in_room
 from tests.vision.networks.test_detection_ground import NOTHING, SIZE_PX, FloatArray, drawn, projection_of, slanted
 from tests.vision.networks.test_knowing_eye import driving, watch_traffic, with_stranger
@@ -90,6 +91,11 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
 }
 
 
+def test_every_setting_has_a_scene() -> None:
+    assert without_scene(NetworkSettings(), (names.split() for names in SCENES.values())) == []
+
+
+@pytest.mark.slow
 def test_every_setting_changes_what_is_made_of_boxes() -> None:
     assert unnoticed(NetworkSettings(), in_room("networks", SCENES), small=9, differs=differs) == []
 

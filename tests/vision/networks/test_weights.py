@@ -56,15 +56,14 @@ def test_edges_of_far_vehicles_are_known_better_by_a_closer_look() -> None:
     settings = read_toml(path.with_suffix(".toml"), OnnxSettings, what="recipe")
     plain, closer = (OnnxDetector(path, settings, (1280, 720), far_px=far) for far in (None, (0, 100, 1280, 200)))
     off: dict[OnnxDetector, list[float]] = {plain: [], closer: []}
-    for seed in (1, 3):
-        for still in draw_stills("motorway", seed=seed, count=4, options={"demand": "high"}):
-            assert still.shown is not None
-            sides_px = (still.shown.box_px[:, 2:] - still.shown.box_px[:, :2]).max(axis=1)
-            is_far = (still.shown.share > 0.5) & (sides_px > 15) & (sides_px < 30)
-            for detector, worst in off.items():
-                found = detector.detect(frame_of(still.picture)).bounds_px()
-                for box_px, side_px in zip(still.shown.box_px[is_far], sides_px[is_far], strict=True):
-                    worst.append(float(np.abs(found - box_px).max(axis=1).min() / side_px))
+    for still in draw_stills("motorway", seed=3, count=8, options={"demand": "high"}):
+        assert still.shown is not None
+        sides_px = (still.shown.box_px[:, 2:] - still.shown.box_px[:, :2]).max(axis=1)
+        is_far = (still.shown.share > 0.5) & (sides_px > 15) & (sides_px < 30)
+        for detector, worst in off.items():
+            found = detector.detect(frame_of(still.picture)).bounds_px()
+            for box_px, side_px in zip(still.shown.box_px[is_far], sides_px[is_far], strict=True):
+                worst.append(float(np.abs(found - box_px).max(axis=1).min() / side_px))
     assert len(off[plain]) > 25
     assert np.median(off[closer]) < 0.75 * np.median(off[plain])
 

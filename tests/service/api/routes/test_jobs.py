@@ -24,34 +24,34 @@ from tests.service.logs import write_log
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }"
 
 
-def log_with(tracks: Path, path: Path) -> str:
-    """Make a log with the tracks as its source."""
+def log_with(brief: Path, path: Path) -> str:
+    """Make a log with a short file of tracks as its source."""
     written = write_log(path, [])
     with open_log(written) as opened:
         sources = Sources(opened)
-        sources.add(Source("tracks", str(tracks), "", 1, 1))
+        sources.add(Source("tracks", str(brief), "", 1, 1))
     return written
 
 
 @pytest.fixture
-def url(tmp_path: Path, tracks: Path) -> str:
-    return log_with(tracks, tmp_path / "a.db")
+def url(tmp_path: Path, brief: Path) -> str:
+    return log_with(brief, tmp_path / "a.db")
 
 
-def asking(url: str, tracks: Path) -> Client:
-    return Client(create_app(url, shipped=(), folders=SourceFolders(allowed=(tracks.parent,))))
+def asking(url: str, brief: Path) -> Client:
+    return Client(create_app(url, shipped=(), folders=SourceFolders(allowed=(brief.parent,))))
 
 
 @pytest.fixture
-def client(url: str, tracks: Path) -> Iterator[Client]:
-    with asking(url, tracks) as opened:
+def client(url: str, brief: Path) -> Iterator[Client]:
+    with asking(url, brief) as opened:
         yield opened
 
 
 @pytest.fixture(scope="module")
-def refused(tracks: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+def refused(brief: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
     """Give one client to all tests whose questions are refused: nothing gets into its log."""
-    with asking(log_with(tracks, tmp_path_factory.mktemp("refused") / "a.db"), tracks) as opened:
+    with asking(log_with(brief, tmp_path_factory.mktemp("refused") / "a.db"), brief) as opened:
         yield opened
 
 
@@ -63,8 +63,8 @@ def begin(client: Client, **order: object) -> dict[str, object]:
     return body
 
 
-def test_a_run_is_begun_and_its_events_are_there(client: Client, url: str, tracks: Path) -> None:
-    job = begin(client, site=str(tracks.parent / "site.toml"))
+def test_a_run_is_begun_and_its_events_are_there(client: Client, url: str, brief: Path) -> None:
+    job = begin(client, site=str(brief.parent / "site.toml"))
     assert (job["state"], job["input"], job["run"], job["attempts"]) == ("waiting", "a.csv", None, 0)
     work(url, stays=False, tell=lambda _: None)
     done = client.get(f"/api/v1/jobs/{job['id']}").json()
@@ -101,8 +101,8 @@ def test_jobs_are_listed_page_by_page(client: Client) -> None:
     ]
 
 
-def test_messages_tell_of_files_their_names_alone(client: Client, url: str, tracks: Path) -> None:
-    bad = tracks.with_name("bad.csv")
+def test_messages_tell_of_files_their_names_alone(client: Client, url: str, brief: Path) -> None:
+    bad = brief.with_name("bad.csv")
     bad.write_text("no table")
     with open_log(url) as log:
         sources = Sources(log)
@@ -112,7 +112,7 @@ def test_messages_tell_of_files_their_names_alone(client: Client, url: str, trac
     failed = client.get(f"/api/v1/jobs/{job['id']}").json()
     assert (failed["state"], failed["message"].partition(":")[0]) == ("failed", "bad.csv")
     with closing(Jobs(database_of(url))) as jobs:
-        assert jobs.find(str(job["id"])).message == f"{tracks.parent}/{failed['message']}"
+        assert jobs.find(str(job["id"])).message == f"{brief.parent}/{failed['message']}"
     problem = client.get("/api/v1/cars?run=none").json()
     assert problem["detail"].startswith("log 'a.db': expected a run 'none'")
 
@@ -131,14 +131,14 @@ def test_folders_are_left_out_of_texts(text: str, left: str) -> None:
     assert without_folders(text) == left
 
 
-def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url: str, tracks: Path) -> None:
+def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url: str, brief: Path) -> None:
     texts = {"a.monitors": "monitor slow per ?car in Car: always speed[?car] < 1 m/s\n"}
     texts["a.kpl"] = resources.files("service.runs.graph").joinpath("trajectories.kpl").read_text()
     texts["a.linkage"] = resources.files("anchoring.hypotheses").joinpath("default.linkage").read_text()
     named = {}
     for name, text in texts.items():
-        (tracks.parent / name).write_text(text)
-        named[name[2:]] = str(tracks.parent / name)
+        (brief.parent / name).write_text(text)
+        named[name[2:]] = str(brief.parent / name)
     job = begin(client, monitors=[named["monitors"]], kpl=named["kpl"], linkage=named["linkage"])
     with closing(Jobs(database_of(url))) as jobs:
         request = read_request(jobs.find(str(job["id"])).request, url)
@@ -164,12 +164,12 @@ def test_a_run_has_the_texts_of_when_it_was_asked_for(client: Client, url: str) 
     assert [one.text for one in run.texts if one.name == "near"] == [NEAR]
 
 
-def test_all_that_is_asked_for_comes_to_the_request(client: Client, url: str, tracks: Path) -> None:
+def test_all_that_is_asked_for_comes_to_the_request(client: Client, url: str, brief: Path) -> None:
     asked = {"detector": "onnx:low", "rate_hz": "full", "start_utc": "2026-05-01T08:00:00Z", "min_confidence": 0.5}
     job = begin(client, **asked)
     with closing(Jobs(database_of(url))) as jobs:
         request = read_request(jobs.find(str(job["id"])).request, url)
-    assert (request.input, request.detector, request.rate_hz) == (tracks, "onnx:low", float("inf"))
+    assert (request.input, request.detector, request.rate_hz) == (brief, "onnx:low", float("inf"))
     assert (request.start_utc_us, request.min_confidence, request.site) == (1_777_622_400_000_000, 0.5, None)
 
 

@@ -59,7 +59,10 @@ def test_each_gets_a_log_and_one_that_cannot_be_read_stops_no_other(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "one.mp4").unlink()
-    assert run(["process", str(folder), "--logs", str(folder / "logs"), "--rate", "full", "--jobs", "2"]) == 3
+    assert (
+        run(["process", str(folder), "--logs", str(folder / "logs"), "--rate", "full", "--jobs", "2", "--workers", "0"])
+        == 3
+    )
     told = capfd.readouterr()
     assert "1 of 2 finished" in told.out
     assert "bad.mp4: error: video" in told.err

@@ -61,11 +61,11 @@ def is_free(url: str, name: str) -> bool:
     return True
 
 
-def test_jobs_are_processed_in_their_order_and_once(new_log: NewLog, tracks: Path) -> None:
+def test_jobs_are_processed_in_their_order_and_once(new_log: NewLog, brief: Path) -> None:
     url, told = new_log(), list[str]()
     with opened(url) as jobs:
-        first, second = add(jobs, tracks), add(jobs, tracks, final=True)
-        assert add(jobs, tracks) == first
+        first, second = add(jobs, brief), add(jobs, brief, final=True)
+        assert add(jobs, brief) == first
         assert [(one.id, one.state) for one in jobs.listed()] == [(first, "waiting"), (second, "waiting")]
         work(url, stays=False, tell=told.append)
         work(url, stays=False, tell=told.append)
@@ -77,9 +77,9 @@ def test_jobs_are_processed_in_their_order_and_once(new_log: NewLog, tracks: Pat
         assert len(log.runs()) == 2
 
 
-def test_a_job_is_taken_by_one(new_log: NewLog, tracks: Path) -> None:
+def test_a_job_is_taken_by_one(new_log: NewLog, brief: Path) -> None:
     with opened(url := new_log()) as one, opened(url) as other:
-        ids = [add(one, tracks), add(one, tracks, final=True)]
+        ids = [add(one, brief), add(one, brief, final=True)]
         taken = [one.take(), other.take()]
         assert [each.job.id for each in taken if each] == ids
         assert other.take() is None
@@ -93,10 +93,10 @@ def test_a_job_is_taken_by_one(new_log: NewLog, tracks: Path) -> None:
         taken[1].end("failed", "")
 
 
-def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: NewLog, tracks: Path) -> None:
+def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: NewLog, brief: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
-        name = add(jobs, tracks)
+        name = add(jobs, brief)
         for attempt in range(1, MOST_ATTEMPTS + 1):
             with subprocess.Popen([sys.executable, "-c", TAKE_AND_STAY, url], stdout=subprocess.PIPE) as worker:
                 assert worker.stdout is not None
@@ -164,21 +164,21 @@ def check_same(log: str, other: str) -> None:
 
 
 @in_a_file
-def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLog, tracks: Path) -> None:
-    url, broken = new_log(), tracks.parent / "broken.csv"
+def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLog, brief: Path) -> None:
+    url, broken = new_log(), brief.parent / "broken.csv"
     broken.write_text("t_us,id\n0,a\n")
     with opened(url) as jobs:
-        bad, good = add(jobs, broken), add(jobs, tracks)
+        bad, good = add(jobs, broken), add(jobs, brief)
         work(url, stays=False, tell=lambda _: None)
         assert [jobs.find(one).state for one in (bad, good)] == ["failed", "finished"]
         assert "broken.csv" in jobs.find(bad).message
 
 
 @in_a_file
-def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Path, tracks: Path) -> None:
+def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Path, brief: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
-        waiting = add(jobs, tracks)
+        waiting = add(jobs, brief)
         assert jobs.cancel(waiting).state == "cancelled"
         with pytest.raises(QueryError, match="expected one that waits or runs, got one that is cancelled"):
             jobs.cancel(waiting)
@@ -189,7 +189,7 @@ def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Pat
         jobs.cancel(running)
         worker.join()
         assert jobs.find(running).state == "cancelled"
-        finished = add(jobs, tracks, final=True)
+        finished = add(jobs, brief, final=True)
         work(url, stays=False, tell=lambda _: None)
         with pytest.raises(QueryError, match="expected one that failed or was cancelled, got one that is finished"):
             jobs.retry(finished)
@@ -198,14 +198,14 @@ def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Pat
 
 
 @in_a_file
-def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLog, tracks: Path) -> None:
+def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLog, brief: Path) -> None:
     url, whole = new_log(), new_log()
-    process(RunRequest(tracks, tracks.parent / "site.toml", whole))
+    process(RunRequest(brief, brief.parent / "site.toml", whole))
     with open_log(whole) as log:
         record = msgspec.structs.replace(log.run(), status="running")
     with opened(url) as jobs, open_log(url, "w") as by_hand:
         writer = by_hand.begin_run(record)
-        first, second = add(jobs, tracks), add(jobs, tracks, final=True)
+        first, second = add(jobs, brief), add(jobs, brief, final=True)
         worker = threading.Thread(target=work, args=(url,), kwargs={"stays": False, "tell": lambda _: None})
         worker.start()
         until(lambda: jobs.find(second).state == "finished")
@@ -230,14 +230,14 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
 
 @in_a_file
 def test_a_signal_before_the_run_has_begun_gives_the_job_back(
-    new_log: NewLog, tracks: Path, monkeypatch: pytest.MonkeyPatch
+    new_log: NewLog, brief: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     url = new_log()
     with opened(url) as jobs:
-        name = add(jobs, tracks)
+        name = add(jobs, brief)
         with monkeypatch.context() as patched:
             patched.setattr("service.runs.processing.load_chronicle_texts", stop)
             with pytest.raises(KeyboardInterrupt):
@@ -247,13 +247,13 @@ def test_a_signal_before_the_run_has_begun_gives_the_job_back(
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("finished", 1)
 
 
-def test_the_commands_queue_and_list(tmp_path: Path, tracks: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_commands_queue_and_list(tmp_path: Path, brief: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = str(tmp_path / "a.db")
     assert [run_cli([*command, log]) for command in (["jobs", "list"], ["worker"])] == [3, 3]
     assert not (tmp_path / "a.db").exists()
     assert run_cli(["process", str(tmp_path / "none.mp4"), "--log", log, "--queue"]) == 3
     assert "none.mp4: expected a file" in capsys.readouterr().err
-    assert run_cli(["process", str(tracks), "--log", log, "--queue", "--final"]) == 0
+    assert run_cli(["process", str(brief), "--log", log, "--queue", "--final"]) == 0
     name = capsys.readouterr().out.split()[1]
     assert run_cli(["jobs", "cancel", log, name]) == 0
     assert run_cli(["jobs", "retry", log, name]) == 0
@@ -261,4 +261,4 @@ def test_the_commands_queue_and_list(tmp_path: Path, tracks: Path, capsys: pytes
     assert run_cli(["jobs", "list", log]) == 0
     shown = capsys.readouterr().out
     assert f"job {name} is cancelled\njob {name} is waiting\n" in shown
-    assert f"{name}  finished  1         {tracks}  run " in shown
+    assert f"{name}  finished  1         {brief}  run " in shown
