@@ -48,6 +48,12 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with a file that needs the demo: while it is made, the other workers have tests that do not wait for it."""
+    first = next((item.path for item in items if "demo" in getattr(item, "fixturenames", ())), None)
+    items.sort(key=lambda item: item.path != first)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def patient_pool() -> Iterator[None]:
     """Let answers of processes take their time on a busy machine; tests of the time limit give one of their own."""
