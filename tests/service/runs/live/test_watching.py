@@ -137,7 +137,7 @@ def reprocessed(folder: Path, scene: Path) -> Path:
     """Process the recordings into a log of their own."""
     log = folder / "again.db"
     for recording in recordings(folder):
-        assert process(RunRequest(recording, scene / "site.toml", str(log))).status == "finished"
+        assert process(RunRequest(recording, scene / "site.toml", str(log), workers=1)).status == "finished"
     return log
 
 
