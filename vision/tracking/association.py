@@ -11,8 +11,8 @@ from vision.road.boxes import Boxes, axis
 from vision.tracking import kalman
 from vision.tracking.track import TrackTable
 
-# Stands for "never" in the assignment, far above every squared distance inside a gate.
-FORBIDDEN = 1e9
+# What it costs to leave a row alone where as many pairs as possible are wanted: far more than any pair.
+NEVER_ALONE = 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,11 +163,10 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
 
     Returns
     -------
-    (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden; and
-    (n, m) what is forbidden for nothing but the speed that it would take.
+    (n, m) squared Mahalanobis distances, for owners in units of their wider gate, infinite where forbidden; and (n, m)
+    what is forbidden for nothing but the speed that it would take.
     """
     settings = tracks.settings
-    limit = settings.gate_sigmas**2
     centre_m = _centres(tracks, sightings)
     squared = kalman.squared_distance(
         tracks.state[:, None], tracks.covariance[:, None], centre_m, sightings.noise[None]
@@ -182,10 +181,9 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
     is_far = np.hypot(shift_m[..., 0], shift_m[..., 1]) > reach_m[:, None] + slack_m
     is_owner = sightings.owner[None] == np.arange(len(tracks))[:, None]
     is_others = (sightings.owner >= 0)[None] & ~is_owner
-    is_outside = squared > limit * np.where(is_owner, settings.owner_gates**2, 1.0)
-    forbidden = is_outside | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
-    cost = np.where(forbidden | is_far, np.inf, np.minimum(squared, limit) + limit * is_others)
-    return cost, is_far & ~forbidden
+    squared = np.where(is_owner, squared / settings.owner_gates**2, squared)
+    forbidden = (squared > settings.gate_sigmas**2) | is_others | (reverses & ~is_owner)
+    return np.where(forbidden | is_far, np.inf, squared), is_far & ~forbidden
 
 
 def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:
@@ -214,12 +212,13 @@ def doubt(squared: FloatArray, gate_sigmas: float) -> FloatArray:
     return np.maximum(squared / gate_sigmas**2, 1.0)
 
 
-def assign(cost: FloatArray) -> tuple[IntArray, IntArray]:
-    """Deal columns to rows: as many pairs as possible, then at the least total cost.
+def assign(cost: FloatArray, *, alone: float = NEVER_ALONE) -> tuple[IntArray, IntArray]:
+    """Deal columns to rows at the least total cost, of pairs and of rows that are left alone.
 
     Parameters
     ----------
     cost : (n, m), infinite where forbidden.
+    alone : what it costs to leave a row without a column; by default so much that there are as many pairs as possible.
 
     Returns
     -------
@@ -227,13 +226,12 @@ def assign(cost: FloatArray) -> tuple[IntArray, IntArray]:
 
     Examples
     --------
-    >>> cost = np.array([[1.0, 2.0], [1.5, np.inf]])
+    >>> cost = np.array([[1.0, 2.0], [9.0, np.inf]])
     >>> [pair.tolist() for pair in assign(cost)]
     [[0, 1], [1, 0]]
+    >>> [pair.tolist() for pair in assign(cost, alone=5.0)]     # nobody makes room for a poor pair
+    [[0], [0]]
     """
-    allowed = np.isfinite(cost)
-    if not allowed.any():
-        return np.zeros(0, np.intp), np.zeros(0, np.intp)
-    rows, columns = linear_sum_assignment(np.where(allowed, cost, FORBIDDEN))
-    is_allowed = allowed[rows, columns]
-    return rows[is_allowed], columns[is_allowed]
+    rows, columns = linear_sum_assignment(np.minimum(cost, alone))
+    is_pair = cost[rows, columns] < alone
+    return rows[is_pair], columns[is_pair]

@@ -103,7 +103,8 @@ class Tracker:
         is_free = np.ones(len(sightings.owner), np.bool_)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
-            taken_by, taken = assign(cost[np.ix_(rows, free)])
+            # At the end of its gate a track is as well not seen: it pushes nobody out of its own sighting for that.
+            taken_by, taken = assign(cost[np.ix_(rows, free)], alone=self._settings.gate_sigmas**2)
             if len(taken) > 0:
                 self._correct(rows[taken_by], free[taken], sightings, detections)
             is_free[free[taken]] = False

@@ -6,32 +6,26 @@ import numpy as np
 import pytest
 
 from tests.cases import for_each
-from vision.tracking.association import FloatArray, assign
+from vision.tracking.association import NEVER_ALONE, FloatArray, assign
 
 
-def best_by_trying(cost: FloatArray) -> tuple[int, float]:
-    """Every way to deal columns to rows: most pairs first, then least cost."""
-    size = max(cost.shape)
-    square = np.full((size, size), np.inf)
-    square[: cost.shape[0], : cost.shape[1]] = cost
-    results = []
-    for order in permutations(range(size)):
-        taken = square[np.arange(size), order]
-        results.append((-int(np.isfinite(taken).sum()), float(taken[np.isfinite(taken)].sum())))
-    count, total = min(results)
-    return -count, total
+def best_by_trying(cost: FloatArray, alone: float) -> float:
+    """The least cost of all ways to deal columns to rows, some of which are left alone."""
+    rows, columns = cost.shape
+    wide = np.concatenate([cost, np.full((rows, rows), alone)], axis=1)
+    return min(float(wide[np.arange(rows), order].sum()) for order in permutations(range(columns + rows), rows))
 
 
 @for_each("seed", range(20))
-def test_assignment_is_the_best_of_all(seed: int) -> None:
+@pytest.mark.parametrize("alone", [NEVER_ALONE, 16.0, 6.0])
+def test_assignment_is_the_best_of_all(seed: int, alone: float) -> None:
     rng = np.random.default_rng(seed)
-    cost = rng.uniform(0, 16, tuple(rng.integers(1, 6, 2)))
+    cost = rng.uniform(0, 16, tuple(rng.integers(1, 5, 2)))
     cost[rng.random(cost.shape) < 0.4] = np.inf
-    rows, columns = assign(cost)
-    count, total = best_by_trying(cost)
-    assert len(rows) == count
-    assert len(set(rows)) == len(set(columns)) == count
-    assert cost[rows, columns].sum() == pytest.approx(total)
+    rows, columns = assign(cost, alone=alone)
+    assert len(set(rows)) == len(set(columns)) == len(rows)
+    total = cost[rows, columns].sum() + alone * (len(cost) - len(rows))
+    assert total == pytest.approx(best_by_trying(cost, alone), rel=1e-12)
 
 
 def test_nothing_allowed_gives_no_pair() -> None:

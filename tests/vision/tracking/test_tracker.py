@@ -139,6 +139,18 @@ def test_name_does_not_jump_to_oncoming_traffic() -> None:
         assert all(np.sign(r.velocity_mps[i, 0]) == np.sign(east[name]) for i, name in enumerate(r.ids))
 
 
+def test_standing_car_is_not_pushed_on_by_its_neighbour_that_is_not_seen() -> None:
+    tracker, noise = Tracker(VisionSettings(), everywhere), np.broadcast_to(np.diag([1.0, 0.1]), (2, 2, 2))
+    for k in range(13):
+        tracker.predict(250_000 * k)
+        seen_m = (0.0, 5.0) if k < 12 else (5.0, 11.0)
+        last = tracker.update(replace(detect([(east, 0.0, 0.0, 4.5, 1.8) for east in seen_m]), noise=noise))
+        tracker.prove(tracker.standing(0)[0])
+    assert last.ids == ("v1", "v2")
+    assert last.observed.tolist() == [False, True]
+    assert last.centre_m[:, 0] == pytest.approx([0.0, 5.0], abs=0.1)
+
+
 def test_track_ends_when_it_leaves_the_view() -> None:
     tracker = Tracker(VisionSettings(), lambda points_m: points_m[:, 0] < 15.0)
     rows = drive(20, TIMES)
