@@ -145,12 +145,15 @@ class Anchorer:
             self._bodies.tell_classes(columns, observations.classes)
         frame = self.roads.frame(self._bodies, observations, columns)
         changes += self._progress(frame)
+        # What jumps before it has a name is another thing as well: in the next frame it starts anew.
+        has_jumped = frame.is_seen & ~self._bodies.is_established & (self._bodies.codes & Fluent.NO_JUMP == 0)
+        frame.is_seen[has_jumped] = False
         self._accept(frame, elapsed_us)
         merged, relinked = self._relink(frame)
         ended, endings = self._end(frame)
         cars = self._cars(frame)
         self.filled = self._fill(frame, cars)
-        self._drop(merged + ended)
+        self._drop(merged + ended + has_jumped.nonzero()[0].tolist())
         return cars, tuple(self.trials.judge(t_us, (*changes, *relinked, *endings), self._weighed))
 
     def _join(self, observations: Observations) -> tuple[Observations, list[LinkChange]]:

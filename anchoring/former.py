@@ -9,6 +9,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 
+from anchoring.linking.fluents import jump_limit_m
 from anchoring.observations import Cars, FloatArray, LinkChange, Observations
 from anchoring.settings import AnchoringSettings
 from gis.roads.road_network import RoadPositions
@@ -19,13 +20,12 @@ class FormerRows:
 
     Parameters
     ----------
-    settings : how far names are dated back, and how far a car may have come from one row to the next.
+    settings : how far names are dated back, and what is a jump: rows from before one are of another thing.
     locate : finds where points, (k, 2), are on the roads.
     """
 
     def __init__(self, settings: AnchoringSettings, locate: Callable[[FloatArray], RoadPositions]) -> None:
-        self._back_us = settings.name_back_us
-        self._least_m, self._most_mps = settings.jump_m, settings.return_mps
+        self._settings = settings
         self._locate = locate
         self._frames: deque[Observations] = deque()
         self._told_us: dict[str, int] = {}  # of cars: when each was given out last
@@ -42,7 +42,7 @@ class FormerRows:
         ----------
         seen, cars, changes : of the frame: what went into anchoring and what came out.
         """
-        t_us, back_us = seen.t_us, seen.t_us - self._back_us
+        t_us, back_us = seen.t_us, seen.t_us - self._settings.name_back_us
         while self._frames and self._frames[0].t_us < back_us:
             self._frames.popleft()
         refuted = {change.lower for change in changes if change.kind == "refuted" and change.level == "world"}
@@ -65,16 +65,17 @@ class FormerRows:
         row_of = [{name: row for row, name in enumerate(then.ids) if then.observed[row]} for then in self._frames]
         rows: list[dict[int, int]] = [{} for _ in self._frames]
         for k, first_us in since_us.items():
-            after_us, after_m = cars.t_us, cars.centre_m[k]
+            after_us, after_m, sigma_m = cars.t_us, cars.centre_m[k], cars.sigma_m[k]
             for place in reversed(range(len(rows))):
                 then, row = self._frames[place], row_of[place].get(cars.vision_ids[k])
                 if row is None:
                     continue
-                way_m = math.dist(then.centre_m[row], after_m)
-                if then.t_us < first_us or way_m > self._least_m + self._most_mps * (after_us - then.t_us) * 1e-6:
+                gap_s = (after_us - then.t_us) * 1e-6
+                apart_m = math.dist(then.centre_m[row] + then.velocity_mps[row] * gap_s, after_m)
+                if then.t_us < first_us or apart_m > jump_limit_m(sigma_m, gap_s, self._settings):
                     break
                 rows[place][k] = row
-                after_us, after_m = then.t_us, then.centre_m[row]
+                after_us, after_m, sigma_m = then.t_us, then.centre_m[row], then.sigma_m[row]
         for then, named in zip(self._frames, rows, strict=True):
             if named:
                 seen = list(named.values())

@@ -19,7 +19,7 @@ from anchoring.linking.bodies import HEADING, NOW, OLD, VX, VY, Bodies, X, Y
 from anchoring.linking.classes import is_plausible_size
 from anchoring.linking.evidence import explained
 from anchoring.linking.frame import Frame, RoadMap
-from anchoring.observations import BoolArray, LongArray
+from anchoring.observations import BoolArray, FloatArray, LongArray
 from anchoring.settings import AnchoringSettings
 
 # What is as unlikely as this for a body is something else; how much more unlikely tells nothing.
@@ -112,13 +112,17 @@ def _comparable(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> Bo
     return comparable
 
 
+def jump_limit_m(sigma_m: FloatArray, unseen_s: FloatArray | float, settings: AnchoringSettings) -> FloatArray:
+    """Say how far from where it was expected one may be that is known so well, and was unseen for so long."""
+    # From low above the road a pixel may be metres: a place that is known no better may move by as much.
+    unsure_m: FloatArray = settings.jump_sigmas * np.nan_to_num(sigma_m)
+    return settings.jump_m + unsure_m + settings.jump_growth_mps2 * unseen_s**2
+
+
 def _no_jump(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolArray:
     apart_m = np.hypot(*(frame.state[X : Y + 1] - frame.expected_m))
     unseen_s = (frame.t_us - bodies.states_us[NOW]) * 1e-6
-    # From low above the road a pixel may be metres: a place that is known no better may move by as much.
-    unsure_m = settings.jump_sigmas * np.nan_to_num(frame.sigma_m)
-    limit_m = settings.jump_m + unsure_m + settings.jump_growth_mps2 * unseen_s**2
-    no_jump: BoolArray = ~frame.is_seen | (apart_m <= limit_m)
+    no_jump: BoolArray = ~frame.is_seen | (apart_m <= jump_limit_m(frame.sigma_m, unseen_s, settings))
     return no_jump
 
 

@@ -509,6 +509,10 @@ def seen_surely(t_us: int, seen: Mapping[str, Seen]) -> Observations:
     return replace(observations(t_us, seen), sigma_m=np.full(len(seen), 0.1))
 
 
+def seen_at(x_m: float) -> Seen:
+    return Seen(x_m, speed_mps=0.0)
+
+
 def test_car_has_moved_once_it_is_its_length_ahead_of_where_it_began() -> None:
     anchorer, moved = Anchorer(None), []
     for number in range(40):
@@ -517,6 +521,14 @@ def test_car_has_moved_once_it_is_its_length_ahead_of_where_it_began() -> None:
         moved.append(cars.has_moved.tolist())
     assert moved[10] == moved[21] == [False]
     assert moved[22] == [True]  # 4.8 m of 4.5 m
+
+
+def test_what_jumps_before_it_has_a_name_has_not_driven_there() -> None:
+    anchorer = Anchorer(None)
+    for number in range(40):
+        seen = replace(seen_at(0.0), observed=number % 5 < 3) if number < 20 else seen_at(8.0)
+        cars, _ = anchorer.observe(seen_surely(number * FRAME_US, {"v": seen}))
+    assert (cars.ids, cars.has_moved.tolist()) == (("car1",), [False])
 
 
 def test_car_that_comes_away_against_its_front_has_not_moved() -> None:
