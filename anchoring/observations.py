@@ -120,7 +120,7 @@ class Cars:
     confidence : (n,) 0 to 1, how sure it is that each is one vehicle: by how long it is known, how much of the last
         moments it was seen, and its size in units of its noise; 1 if the tracker does not say how sure its positions
         are. Which vehicle it is, is another question: see `LinkChange.confidence`.
-    has_moved : (n,) False of a car that stands where it was seen first, as a ghost does; True if the tracker does not
+    has_moved : (n,) False of a car that is where it was seen first, as a ghost is; True if the tracker does not
         say how sure its positions are.
     hidden : cars that are not among them, since nobody has seen them for too long to say where they are, but that are
         still expected in the view; and the first frame in which each was not seen.

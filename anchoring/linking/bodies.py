@@ -53,9 +53,9 @@ class Bodies:
     was_whole : (n,) True once the body was seen away from the edges of the view.
     length_m, width_m, classes : (n,) medians, and index into ``CLASS_NAMES``.
     sigma_m : (n,) standard deviation of each coordinate where it was seen last; nan if the tracker does not say.
-    has_front : (n,) whether its vision object was ever seen so far ahead of where it began that it did not only stand
-        there; before, the front may be the other end. True if the tracker does not say how sure it is.
-    has_moved : (n,) whether that was so of any of its vision objects.
+    has_front : (n,) whether its vision object came so far ahead of where it began that it did not only stand there, and
+        is not back; before, the front may be the other end. True if the tracker does not say how sure it is.
+    has_moved : (n,) whether that is so, or was of one before it when the next one began elsewhere.
     born_us : (n,) when it was seen first, by its first vision object.
     seen_share, sure_share : (n,) of the last moments, how much each was seen, which fades out; and what that was when
         it was seen last.
@@ -82,6 +82,7 @@ class Bodies:
     sigma_m: FloatArray = _column(np.float64, new=np.nan)
     has_moved: BoolArray = _column(np.bool_)
     has_front: BoolArray = _column(np.bool_)
+    _had_moved: BoolArray = _column(np.bool_)
     born_us: LongArray = _column(np.int64)
     seen_share: FloatArray = _column(np.float64, new=1.0)
     sure_share: FloatArray = _column(np.float64, new=1.0)
@@ -164,11 +165,13 @@ class Bodies:
         self.sigma_m[columns] = sigma_m
         shift_m = self.states[NOW, X : Y + 1][:, columns] - self.states[START, X : Y + 1][:, columns]
         least_m = np.fmax(settings.moved_lengths * self.length_m[columns], settings.moved_sigmas * sigma_m)
-        # Whoever comes away against its front may have been taken the wrong way round.
+        # Whoever comes away against its front may have been taken the wrong way round; whoever is back where it began
+        # has only seemed to come away, by noise or by a slip to its neighbour.
         heading_rad = self.states[NOW, HEADING, columns]
         ahead_m = shift_m[0] * np.cos(heading_rad) + shift_m[1] * np.sin(heading_rad)
-        self.has_front[columns] |= np.isnan(sigma_m) | (ahead_m > least_m)
-        self.has_moved[columns] |= self.has_front[columns]
+        is_away = np.where(self.has_front[columns], np.hypot(*shift_m), ahead_m) > least_m
+        self.has_front[columns] = np.isnan(sigma_m) | is_away
+        self.has_moved[columns] = self.has_front[columns] | self._had_moved[columns]
 
     def knows_front(self, columns: LongArray, velocity_mps: FloatArray) -> BoolArray:
         """Tell of which bodies, (k,), with velocities (2, k) the front is known: who came ahead, and who drives."""
@@ -205,7 +208,10 @@ class Bodies:
     def move_over(self, source: LongArray, target: LongArray, t_us: int) -> None:
         """Give lost bodies, (k,), the states of the vision objects they are linked to from now on, (k,)."""
         known_rad = self.states[NOW, HEADING, target]
-        is_guess = self.has_moved[target] & ~self.knows_front(source, self.states[NOW, VX : VY + 1, source].T)
+        way_m = np.hypot(*(self.states[START, X : Y + 1][:, source] - self.states[START, X : Y + 1][:, target]))
+        is_elsewhere = way_m > self._settings.moved_lengths * self.length_m[target]
+        self._had_moved[target] |= (self.has_front[target] & is_elsewhere) | self._had_moved[source]
+        is_guess = self._had_moved[target] & ~self.knows_front(source, self.states[NOW, VX : VY + 1, source].T)
         for array in (self.states, self.states_us, self.roads, self.was_clipped):
             array[END][..., target] = array[LOST][..., target] = array[NOW][..., target]
             array[: OLD + 1, ..., target] = array[NOW][..., source]
@@ -214,8 +220,8 @@ class Bodies:
             heading_rad = self.states[snapshot, HEADING, target]
             self.states[snapshot, HEADING, target] = front_as(heading_rad, known_rad, is_guess)
         self.is_returned[target] = self.waits[target] = True
-        self.has_moved[target] |= self.has_moved[source]
         self.has_front[target] = self.has_front[source]
+        self.has_moved[target] = self.has_front[target] | self._had_moved[target]
         self.sigma_m[target] = self.sigma_m[source]
         self.unseen_us[target] = -1
         self.linked_us[target] = self.seen_us[target] = t_us

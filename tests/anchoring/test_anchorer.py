@@ -531,6 +531,25 @@ def test_what_jumps_before_it_has_a_name_has_not_driven_there() -> None:
     assert (cars.ids, cars.has_moved.tolist()) == (("car1",), [False])
 
 
+@pytest.mark.parametrize(("back_m", "has_moved"), [(0.0, False), (5.0, True)])
+def test_car_that_is_back_where_it_began_has_only_seemed_to_move(back_m: float, has_moved: bool) -> None:
+    ways_m = [0.0] * 20 + [2.5] + [5.0] * 10 + [2.5, *[back_m] * 10]
+    anchorer = Anchorer(None)
+    told = [anchorer.observe(seen_surely(k * FRAME_US, {"v": seen_at(way_m)}))[0] for k, way_m in enumerate(ways_m)]
+    assert told[25].has_moved.tolist() == [True]
+    assert told[-1].has_moved.tolist() == [has_moved]
+
+
+@pytest.mark.parametrize(("found_m", "has_moved"), [(2.0, False), (8.0, True)])
+def test_car_that_is_found_again_where_it_began_has_only_seemed_to_move(found_m: float, has_moved: bool) -> None:
+    anchorer = Anchorer(straight_road())
+    for number in range(80):
+        name, x_m = ("v1", 100.0 + min(5.0, 2.5 * max(0, number - 20))) if number < 30 else ("v2", 100.0 + found_m)
+        seen = {} if 30 <= number < 50 else {name: Seen(x_m, -1.75, speed_mps=0.0)}
+        cars, _ = anchorer.observe(seen_surely(number * FRAME_US, seen))
+    assert (cars.ids, cars.vision_ids, cars.has_moved.tolist()) == (("car1",), ("v2",), [has_moved])
+
+
 def test_car_that_comes_away_against_its_front_has_not_moved() -> None:
     frames = [(number * FRAME_US, {"v": Seen(-0.1 * number, speed_mps=2.5)}) for number in range(80)]
     anchorer = Anchorer(None)
