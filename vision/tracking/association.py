@@ -163,10 +163,11 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
 
     Returns
     -------
-    (n, m) squared Mahalanobis distances, for owners in units of their wider gate, infinite where forbidden; and (n, m)
-    what is forbidden for nothing but the speed that it would take.
+    (n, m) squared Mahalanobis distances, more where the cells belong to another track, infinite where forbidden; and
+    (n, m) what is forbidden for nothing but the speed that it would take.
     """
     settings = tracks.settings
+    limit = settings.gate_sigmas**2
     centre_m = _centres(tracks, sightings)
     squared = kalman.squared_distance(
         tracks.state[:, None], tracks.covariance[:, None], centre_m, sightings.noise[None]
@@ -181,9 +182,10 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
     is_far = np.hypot(shift_m[..., 0], shift_m[..., 1]) > reach_m[:, None] + slack_m
     is_owner = sightings.owner[None] == np.arange(len(tracks))[:, None]
     is_others = (sightings.owner >= 0)[None] & ~is_owner
-    squared = np.where(is_owner, squared / settings.owner_gates**2, squared)
-    forbidden = (squared > settings.gate_sigmas**2) | is_others | (reverses & ~is_owner)
-    return np.where(forbidden | is_far, np.inf, squared), is_far & ~forbidden
+    is_outside = squared > limit * np.where(is_owner, settings.owner_gates**2, 1.0)
+    forbidden = is_outside | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
+    cost = np.where(forbidden | is_far, np.inf, np.minimum(squared, limit) + limit * is_others)
+    return cost, is_far & ~forbidden
 
 
 def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:

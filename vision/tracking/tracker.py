@@ -101,10 +101,12 @@ class Tracker:
         tracks.is_observed = np.zeros(len(tracks), np.bool_)
         cost, is_too_fast = costs(tracks, sightings, self._now_us)
         is_free = np.ones(len(sightings.owner), np.bool_)
+        # At the end of its gate a track is as well not seen: it pushes nobody out of its own sighting for that. Where
+        # cells are given to tracks, those of another are still better than none.
+        alone = self._settings.gate_sigmas**2 * (2 if (sightings.owner >= 0).any() else 1)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
-            # At the end of its gate a track is as well not seen: it pushes nobody out of its own sighting for that.
-            taken_by, taken = assign(cost[np.ix_(rows, free)], alone=self._settings.gate_sigmas**2)
+            taken_by, taken = assign(cost[np.ix_(rows, free)], alone=alone)
             if len(taken) > 0:
                 self._correct(rows[taken_by], free[taken], sightings, detections)
             is_free[free[taken]] = False
