@@ -77,6 +77,11 @@ class Setting:
     value: float
 
     @property
+    def path(self) -> str:
+        """Return its name with those of its rooms."""
+        return f"{self.room}.{self.name}"
+
+    @property
     def scenes(self) -> tuple[str, ...]:
         """Return the names of the scenes on which it is tried."""
         return SCENES_OF[".".join(self.room.split(".")[:2])]
@@ -102,14 +107,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of settings' names; default: all")
     parser.add_argument("--folder", type=Path, default=Path("out/sweep"), help="where the scenes are kept")
-    parser.add_argument("--write", type=Path, help="the page whose table is to be made anew")
+    parser.add_argument("--write", type=Path, help="the page in whose table the rows are to be made anew")
     options = parser.parse_args(arguments)
-    settings = [
-        one
-        for root, tree in TREES.items()
-        for one in walk(tree, root)
-        if f"{one.room}.{one.name}".startswith(tuple(options.only))
-    ]
+    known = [one for root, tree in TREES.items() for one in walk(tree, root)]
+    settings = [one for one in known if one.path.startswith(tuple(options.only))]
     scenes = sorted({scene for one in settings for scene in one.scenes})
     for scene in scenes:
         _make(scene, options.folder)
@@ -117,10 +118,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tasks += [(scene, one, by, options.folder) for one in settings for by in (0.5, 2.0) for scene in one.scenes]
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         outcomes = dict(zip([task[:3] for task in tasks], pool.map(_remembered, tasks), strict=True))
-    table = [HEADER, *(_row(one, outcomes) for one in settings)]
-    print("\n".join(table))
+    rows = {one.path: _row(one, outcomes) for one in settings}
+    print("\n".join([HEADER, *rows.values()]))
     if options.write:
-        _replace_table(options.write, table)
+        _rewrite(options.write, rows, [one.path for one in known])
 
 
 def walk(tree: object, room: str) -> Iterator[Setting]:
@@ -215,7 +216,7 @@ def _row(setting: Setting, outcomes: Mapping[tuple[str, Setting | None, float], 
     scenes = setting.scenes
     shipped = [outcomes[scene, None, 1.0] for scene in scenes]
     cells = [_cell(shipped, [outcomes[scene, setting, by] for scene in scenes]) for by in FACTORS]
-    return f"| `{setting.room}.{setting.name}` | {setting.value:g} | {' | '.join(cells)} |"
+    return f"| `{setting.path}` | {setting.value:g} | {' | '.join(cells)} |"
 
 
 def _cell(shipped: Sequence[Outcome | None], changed: Sequence[Outcome | None]) -> str:
@@ -242,12 +243,14 @@ def _figures(outcomes: Sequence[Outcome]) -> tuple[float | None, ...]:
     return score.detection.precision, score.detection.recall, score.tracks[CARS].idf1
 
 
-def _replace_table(page: Path, table: Sequence[str]) -> None:
-    """Put the table where the page has one: from the line of its heading to the next empty line."""
-    before, heading, rest = page.read_text(encoding="utf-8").partition(HEADER.splitlines()[0])
-    _, empty, after = rest.partition("\n\n")
+def _rewrite(page: Path, rows: Mapping[str, str], known: Sequence[str]) -> None:
+    """Put rows into the table of a page, which ends at an empty line or with it; rows of other settings stay."""
+    before, heading, rest = page.read_text(encoding="utf-8").partition(HEADER)
     assert heading, f"{page}: expected a table headed {HEADER.splitlines()[0]!r}, got none"
-    page.write_text(before + "\n".join(table) + empty + after, encoding="utf-8")
+    table, empty, after = rest.partition("\n\n")
+    rows = {line.split("`")[1]: line for line in table.splitlines() if line} | rows
+    lines = [HEADER, *(rows[path] for path in known if path in rows)]
+    page.write_text(before + "\n".join(lines) + (empty or "\n") + after, encoding="utf-8")
 
 
 if __name__ == "__main__":
