@@ -72,7 +72,10 @@ def object_relations(
     known = {
         "on": ObjectRelation(place("on", roads), lambda footprints: footprints.road),
         "in_crossing": ObjectRelation(place("in_crossing", junctions), lambda footprints: footprints.junction),
-        "moving": ObjectRelation(MovingTracker(settings), lambda footprints: footprints.speed_mps),
+        # The speed of what has never left its place is noise.
+        "moving": ObjectRelation(
+            MovingTracker(settings), lambda footprints: footprints.speed_mps * footprints.has_moved
+        ),
         "forward": ObjectRelation(travel("forward"), lambda footprints: forward_states(footprints, least_cosine)),
     }
     if lanes:
@@ -154,12 +157,16 @@ _VALUES: dict[int, Value] = {-1: None, 0: False, 1: True}
 def forward_states(footprints: Footprints, least_cosine: float) -> IntArray:
     """Say of every car whether it drives the way its road's reference line runs: 1, against it: 0, or neither: -1.
 
+    Nobody knows which way something faces that has stood since it was seen first.
+
     Parameters
     ----------
     footprints : of one frame.
     least_cosine : between heading and road, of a car that drives along it.
     """
-    travel = np.where(footprints.road < 0, 0.0, np.cos(footprints.heading_rad - footprints.tangent_rad))
+    travel = np.where(
+        (footprints.road < 0) | ~footprints.has_moved, 0.0, np.cos(footprints.heading_rad - footprints.tangent_rad)
+    )
     return np.where(np.abs(travel) < least_cosine, -1, travel > 0).astype(np.int32)
 
 

@@ -63,8 +63,8 @@ class Footprints:
     junction : (n,) int32, index of the junction under the centre; -1 for none.
     lane : (n,) int32, index of the lane under the centre; -1 for none.
     observed : (n,) bool, whether the object was seen in this frame, else it is only predicted.
-    has_moved : (n,) bool, False of what has stood since it was seen first: it may be no vehicle, and takes part in no
-        pair.
+    has_moved : (n,) bool, False of what has stood since it was seen first: it may be no vehicle, takes part in no pair,
+        and neither moves nor faces any way.
     sigma_m : (n,) standard deviation of each coordinate of the centre; nan where that is not known.
     confidence : (n,) how sure it is that the object is one vehicle.
     """

@@ -370,7 +370,7 @@ class Oracle:
         for a, body_a in bodies.items():
             if not body_a.observed:
                 continue
-            changes += self.observe_moving(frame.t_us, a, body_a.speed)
+            changes += self.observe_moving(frame.t_us, a, body_a.speed if body_a.has_moved else 0.0)
             changes += self.observe_place(frame.t_us, "on", a, body_a.road)
             changes += self.observe_place(frame.t_us, "in_crossing", a, body_a.junction)
             changes += self.observe_state(frame.t_us, "forward", a, self.is_forward(body_a))
@@ -408,7 +408,7 @@ class Oracle:
         return min([self.unseen_us.get(name, t_us) for name in names if name not in bodies], default=t_us)
 
     def is_forward(self, body: Body) -> bool | None:
-        if body.road < 0 or abs(travel_of(body)) < math.sqrt(self.settings.road_alignment):
+        if not body.has_moved or body.road < 0 or abs(travel_of(body)) < math.sqrt(self.settings.road_alignment):
             return None
         return travel_of(body) > 0
 

@@ -51,3 +51,17 @@ def test_who_never_moved_is_in_no_relation_to_others_but_on_a_road() -> None:
     assert changes_of(told, "behind", "a", "b") == [(400_000, None, True)]
     assert changes_of(told, "oncoming", "b", "c") == [(400_000, None, True)]
     assert changes_of(told, "oncoming", "a", "c")[0] == (0, None, True)
+
+
+def test_who_never_moved_does_not_move_and_faces_nowhere_however_fast_noise_makes_it() -> None:
+    observer = RelationObserver(("road",), (), only=["moving", "forward"])
+    told = []
+    for number in range(12):
+        goes = number > 6
+        speed_mps = 5.0 * (goes or number % 2)
+        frame = footprints(number * PERIOD_US, "a", [[0.0, 0.0]], speed_mps=speed_mps, straight_road=True)
+        told += observer.observe(frame.having(has_moved=np.array([goes])))
+    [begin, (t_us, *after)] = changes_of(told, "moving", "a")
+    assert (begin, after) == ((0, None, False), [False, True])
+    assert 600_000 < t_us <= 700_000
+    assert changes_of(told, "forward", "a") == [(700_000, None, True)]
