@@ -18,7 +18,7 @@ from service.runs.inputs.detectors import (
     check_against,
     describe,
 )
-from service.runs.inputs.input_kind import Asked, Input, camera_record, is_read_once
+from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.sensors.first_look import FirstLook, first_look
 from service.runs.inputs.sensors.moving_camera import camera_at_start, first_camera
 from service.runs.inputs.sensors.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
@@ -81,7 +81,7 @@ class VideoInput(Input):
         """Give the frames, and the vision of this camera to look at them."""
         with told(InputError, self.path, CAMERA_AND_ROADS):
             vision = self.sensor.vision()  # made here in any case: what is wrong is told before anything is written
-        if not apart or is_read_once(self.path):
+        if not apart:
             return Feed(VIDEO, self.sensor.frames(vision), vision, vision.notes)
         there = VisionApart(self.sensor, vision.settings)
         return Feed(VIDEO, there.frames(), there, there.notes)
@@ -125,13 +125,11 @@ def _open_video(path: Path, site: Site) -> VideoInput:
         camera = first_camera(site.camera, motion, size_px)
         # Neither a mask nor a lens goes along with a camera that moves.
         is_bound = site.road_mask is not None or camera.lens is not None
-        if motion is None and site.may_move and not is_read_once(path):
+        if motion is None and site.may_move:
             least_px = noticed_px(camera.pixel_from_ground, size_px, settings)
             look = first_look(open_video(path), settings, span_us=NOTICED_US, least_px=least_px)
             motion, warnings = _noticed_motion(path, look, measured_at_us=site.measured_at_us, is_bound=is_bound)
         if motion is not None and motion.poses is None and site.measured_at_us > 0:
-            if is_read_once(path):
-                raise InputError(f"expected camera.measured_at_s = 0 for what can be read but once, got {path}")
             frames = open_video(path).frames()
             camera = camera_at_start(camera, frames, site.measured_at_us, size_px, settings.registration)
         area_m = watched_area(camera, network, site.road_mask, size_px, motion)

@@ -7,7 +7,6 @@ import numpy as np
 from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraTrack
 from gis.errors import GisError
-from service.errors import InputError
 from service.runs.inputs.sites.site import Motion
 from vision.networks.box_detector import Instant
 from vision.objects import FloatArray
@@ -79,7 +78,7 @@ def camera_at_start(
 
     Raises
     ------
-    InputError
+    GisError
         If there is no such frame, or none of the first one's ground is recognised in it.
     """
     there = measured.pixel_from_ground
@@ -89,10 +88,10 @@ def camera_at_start(
         if frame.t_us >= at_us:
             break
     else:
-        raise InputError(f"expected a frame at camera.measured_at_s ({at_us / 1e6:g} s), got a video that ends before")
+        raise GisError(f"camera.measured_at_s: expected a time within the video, got {at_us / 1e6:g} s")
     if here is None:
-        expected = f"expected the picture at camera.measured_at_s ({at_us / 1e6:g} s) to show ground of the first one"
-        raise InputError(f"{expected}, got a lost view ({follow.refusal})")
+        expected = "expected the time of a picture that shows ground of the first one"
+        raise GisError(f"camera.measured_at_s: {expected}, got {at_us / 1e6:g} s: {follow.refusal}")
     # The first frame was taken for the measured one, and that came out as `here`: the way between them, taken back.
     return GroundCamera.from_homography(np.linalg.inv(there @ np.linalg.inv(here) @ there))
 

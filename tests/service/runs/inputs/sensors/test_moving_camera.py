@@ -9,7 +9,8 @@ import pytest
 
 from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
-from service.errors import InputError, SiteError
+from gis.errors import GisError
+from service.errors import SiteError
 from service.runs.inputs.sensors.moving_camera import StoredPoses, camera_at_start, first_camera, reach_m
 from service.runs.inputs.sensors.watched_area import watched_area
 from service.runs.inputs.sites.site import Motion, Site, load_site
@@ -130,8 +131,8 @@ def test_points_of_a_later_picture_are_taken_back_to_the_first_one() -> None:
 
 def test_points_of_a_picture_that_cannot_be_reached_are_refused() -> None:
     camera, frames = GroundCamera.from_homography(np.linalg.inv(drift(0))), drifting(30)
-    with pytest.raises(InputError, match=r"measured_at_s \(9 s\), got a video that ends before"):
+    with pytest.raises(GisError, match=r"measured_at_s: expected a time within the video, got 9 s"):
         camera_at_start(camera, frames, 9_000_000, WORLD_SIZE, RegistrationSettings())
     black = make_frame(np.zeros(WORLD_SIZE[::-1]), index=40, t_us=1_600_000)
-    with pytest.raises(InputError, match=r"measured_at_s \(1.6 s\) to show ground of the first one, got a lost view"):
+    with pytest.raises(GisError, match=r"that shows ground of the first one, got 1.6 s: expected"):
         camera_at_start(camera, [*frames, black], 1_600_000, WORLD_SIZE, RegistrationSettings())
