@@ -4,11 +4,12 @@ Events of tracks and of rendered scenes are pooled: ``python -m benchmarks.evalu
 [--seconds 60] [--only KIND ...] [--sigmas .2 .5 1 1.5] [--scenes FOLDER ...] [--fit]``. Tracks are as noisy as they say
 (a column ``sigma_m``), and broken once a minute; ``--scenes`` adds folders that ``dyknow generate`` made. Border events
 count as neither right nor wrong. The calibration error is the mean distance between what is said and what is true, over
-bins of a tenth, weighted by their events. ``--fit`` prints the offset and the slope that would suit these events best.
+bins of a tenth, weighted by their events. A second table says of each type what a floor of .8 keeps back. ``--fit`` prints the offset and the slope that would suit these events best.
 """
 
 import argparse
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ from service.store.log import open_log
 
 RATE_HZ, BINS = 10, 10
 _LEAST = 1e-3  # as the curve takes it
+FLOOR = 0.8  # that of the library's chronicles that blame somebody
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +124,11 @@ def table(judged: Sequence[Judged]) -> Iterator[str]:
     for source in sorted({one.source for one in judged}):
         own_said, own_right = _arrays([one for one in judged if one.source == source])
         yield f"{source}: {len(own_said)} events, said {own_said.mean():.3f}, right {own_right.mean():.3f}"
+    yield f"\n| event | told at {FLOOR} or more: right, wrong | below: right, wrong |\n|---|---|---|"
+    for event_type in sorted({one.type for one in judged}):
+        mine = Counter((one.confidence >= FLOOR, one.is_right) for one in judged if one.type == event_type)
+        above, below = (f"{mine[told, True]}, {mine[told, False]}" for told in (True, False))
+        yield f"| {event_type} | {above} | {below} |"
 
 
 def fitted(judged: Sequence[Judged]) -> tuple[float, float]:

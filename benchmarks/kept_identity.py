@@ -112,6 +112,7 @@ def follow(
         start_s = time.process_time()
         said += [one.value for one in unit.update(Sample(objects.t_us, objects.t_us, objects))]
         frame_ms.append((time.process_time() - start_s) * 1000)
+    gc.unfreeze()
     symbol_of = {
         (cars.t_us, vision_id): car
         for one in said
