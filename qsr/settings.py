@@ -57,7 +57,7 @@ class RelationSettings:
     conflict_at_once_s : nearer contacts count as so near, so that the braking stays finite; by reason. Cars that touch
         more slowly than twice this times ``conflict_braking_mps2``, 0.7 m/s, are never in conflict.
     speed_noise_mps : standard deviation of the speed of a car whose place is known to a metre; it goes with the third
-        root of that. Measured on mast scenes 1 to 5: 0.6 m/s where places are known to 0.3 m, 1.2 where to 1.9.
+        root of that. Measured by ``benchmarks.evaluate_speeds`` on mast scenes 1 to 5.
     oncoming_s, oncoming_margin_s : two cars that drive towards each other are oncoming when they meet in less time;
         by reason.
     oncoming_enter_m, oncoming_leave_m : how far along the road or route such pairs are looked at, bumper to bumper; by
