@@ -1,8 +1,9 @@
 """How far off are the speeds of cars whose places are known so well? The number behind `speed_noise_mps`.
 
 ``python -m benchmarks.evaluate_speeds --log NAME.db SCENE ...`` compares the cars of each scene's log with its
-`truth.csv`, as `benchmarks.evaluate_mast --folder` leaves both. A row counts where a vehicle is within 2.5 m. Rows are divided into eighths by how well their place is known; deviations are robust
-ones, 1.48 medians, of the speed. The last column divides them by the third root of the noise of the place in metres.
+`truth.csv`, as `benchmarks.evaluate_mast --folder` leaves both. A row counts where a vehicle is within 2.5 m. Rows are
+divided into eighths by how well their place is known; deviations are robust ones, 1.48 medians, of the speed. The last
+column divides them by the third root of the noise of the place in metres.
 """
 
 import argparse
