@@ -71,7 +71,7 @@ class CentreNet(nn.Module):
 
 
 class Decoded(nn.Module):
-    """A network that ends in the rows of `vision.networks.onnx_output`: of one picture, the best 200 peaks.
+    """A network that ends in the rows of `vision.networks.onnx.output`: of one picture, the best 200 peaks.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ _AIMED = (1.0, 3.0, 6.0, 8.0, 8.0)
 LEAST_SHOWN = 0.3
 """Vehicles of which less is seen are neither asked for nor held against the network."""
 _EMPTY = 114 / 255
-"""Grey of what lies outside the picture: that of `vision.networks.onnx_detector`."""
+"""Grey of what lies outside the picture: that of `vision.networks.onnx.detector`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

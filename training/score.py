@@ -20,9 +20,9 @@ from training.centre_net import DEEPEST
 from training.crops import LEAST_SHOWN, LOOKS
 from training.worlds import CLASSES
 from vision.networks.box_detector import ImageBoxes
-from vision.networks.onnx_detector import suppress
-from vision.networks.onnx_output import decode
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.detector import suppress
+from vision.networks.onnx.output import decode
+from vision.networks.onnx.settings import OnnxSettings
 
 SHIPPED = 0.4
 """The score that both recipes take for evidence."""

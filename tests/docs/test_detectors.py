@@ -10,7 +10,7 @@ from service.runs.inputs.sites.site import SiteFile
 from service.texts.toml_tables import read_toml, tables_of
 from vision.networks.box_detector import CLASS_NAMES
 from vision.networks.detection_files import KNOWN_COLUMNS
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.settings import OnnxSettings
 
 PAGE = Path(__file__).parents[2] / "docs" / "detectors.md"
 TEXT = PAGE.read_text(encoding="utf-8")

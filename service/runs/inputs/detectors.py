@@ -16,12 +16,12 @@ from msgspec import Meta
 
 from service.errors import InputError
 from service.texts.toml_tables import Number, Text, read_toml
-from vision.networks import onnx_settings
+from vision import networks
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.detection_files import ReadingRules, read_detections
-from vision.networks.network_input import Part, picture_scale
-from vision.networks.onnx_detector import OnnxDetector
-from vision.networks.onnx_settings import ClassWords, OnnxSettings
+from vision.networks.onnx.detector import OnnxDetector
+from vision.networks.onnx.network_input import Part, picture_scale
+from vision.networks.onnx.settings import ClassWords, OnnxSettings
 from vision.networks.stored_detections import StoredDetections
 from vision.settings import VisionSettings
 from vision.video.frames import Frame
@@ -138,7 +138,7 @@ class FileChoice:
 KnownChoice = MotionChoice | OnnxChoice | FileChoice
 DetectorChoice = AutoChoice | KnownChoice
 
-SHIPPED_DETECTORS = Path(onnx_settings.__file__).parent / "weights"
+SHIPPED_DETECTORS = Path(networks.__file__).parent / "weights"
 
 
 def choose_detector(

@@ -29,7 +29,7 @@ from service.runs.inputs.sites.site_review import review
 from service.runs.inputs.trajectories import is_trajectories
 from service.texts.toml_tables import told
 from vision.camera import FixedView
-from vision.networks.onnx_detector import OnnxDetector
+from vision.networks.onnx.detector import OnnxDetector
 from vision.networks.stored_detections import StoredDetections
 from vision.registration.watch import noticed_px
 from vision.road.scale import estimate_scale, image_plane

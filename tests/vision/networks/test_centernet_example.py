@@ -16,8 +16,8 @@ import pytest
 
 from service.texts.toml_tables import read_toml
 from tests.vision.support import make_frame
-from vision.networks.onnx_detector import OnnxDetector
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.detector import OnnxDetector
+from vision.networks.onnx.settings import OnnxSettings
 
 pytest.importorskip("onnx", reason="comes with the extra `train`")
 

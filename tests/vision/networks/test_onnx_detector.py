@@ -13,11 +13,11 @@ from tests.vision.onnx_file import FloatArray, blob_finder, constant_answer, mod
 from tests.vision.support import make_frame
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
-from vision.networks.closer_look import CloserLook
-from vision.networks.network import Network
-from vision.networks.network_input import Letterbox, picture_scale
-from vision.networks.onnx_detector import OnnxDetector, suppress
-from vision.networks.onnx_settings import Layout, OnnxSettings
+from vision.networks.onnx.closer_look import CloserLook
+from vision.networks.onnx.detector import OnnxDetector, suppress
+from vision.networks.onnx.network import Network
+from vision.networks.onnx.network_input import Letterbox, picture_scale
+from vision.networks.onnx.settings import Layout, OnnxSettings
 
 SIZE_PX = (128, 72)
 # Scores of the test network are mean brightness: road is 100, a bright car 235.

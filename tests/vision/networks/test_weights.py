@@ -10,8 +10,8 @@ from data_gen.drawing.cameras import CameraKind
 from data_gen.outputs.stills import draw_stills
 from service.texts.toml_tables import read_toml
 from tests.architecture.test_imports import ROOT
-from vision.networks.onnx_detector import OnnxDetector
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.detector import OnnxDetector
+from vision.networks.onnx.settings import OnnxSettings
 from vision.objects import ByteArray
 from vision.video.frame import Frame
 

@@ -15,7 +15,7 @@ from vision.detection.eye import is_slanting
 from vision.detection.parting.lanes import LaneStrip
 from vision.detection.surfaces.image_surface import road_part
 from vision.networks.box_detector import BoxDetector
-from vision.networks.onnx_detector import OnnxDetector
+from vision.networks.onnx.detector import OnnxDetector
 from vision.objects import FloatArray
 from vision.road.view import GroundView
 from vision.settings import VisionSettings

@@ -27,7 +27,7 @@ from service.runs.inputs.video_input import VideoInput
 from service.store.log import open_log
 from tests.vision.onnx_file import blob_finder
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
-from vision.networks.onnx_settings import Layout
+from vision.networks.onnx.settings import Layout
 
 SIZE_PX, METRES_PER_PIXEL, FRAMES = (256, 64), 0.25, 61
 SPEED_MPS, NORTH_M = 12.0, 8.0

@@ -6,7 +6,7 @@ import pytest
 
 from service.errors import SiteError
 from service.texts.toml_tables import read_toml
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.settings import OnnxSettings
 
 
 def read_onnx_settings(path: Path) -> OnnxSettings:

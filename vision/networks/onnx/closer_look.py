@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.networks.box_detector import ImageBoxes
-from vision.networks.network_input import Letterbox, Part, Tile, checked_part
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.network_input import Letterbox, Part, Tile, checked_part
+from vision.networks.onnx.settings import OnnxSettings
 from vision.objects import BoolArray
 
 # What is small, but longer than this share of it, is taken from either look: sizes differ a little, and of what stands

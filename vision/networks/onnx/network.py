@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vision.errors import VisionError
-from vision.networks.onnx_settings import OnnxSettings, Provider
+from vision.networks.onnx.settings import OnnxSettings, Provider
 from vision.objects import Tensor
 
 SILENT = 4  # all that is logged comes as an exception too

@@ -10,7 +10,7 @@ import numpy as np
 
 from vision.errors import VisionError
 from vision.networks.box_detector import ImageBoxes
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.settings import OnnxSettings
 from vision.objects import ByteArray
 
 # What is around a picture in the input: the grey that YOLO networks are trained with.

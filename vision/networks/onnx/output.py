@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.networks.box_detector import CLASS_NAMES, ImageBoxes
-from vision.networks.onnx_settings import Layout
+from vision.networks.onnx.settings import Layout
 from vision.objects import FloatArray, IntArray
 
 ROW_COLUMNS: Mapping[str, int] = {"rows": 6, "rows-oriented": 7}

@@ -17,11 +17,11 @@ import numpy as np
 
 from vision.errors import VisionError
 from vision.networks.box_detector import ImageBoxes, whole_boxes
-from vision.networks.closer_look import CloserLook
-from vision.networks.network import Network
-from vision.networks.network_input import PADDING, Letterbox, Part, Tile, checked_part, cut_tiles, picture_scale
-from vision.networks.onnx_output import decode
-from vision.networks.onnx_settings import OnnxSettings
+from vision.networks.onnx.closer_look import CloserLook
+from vision.networks.onnx.network import Network
+from vision.networks.onnx.network_input import PADDING, Letterbox, Part, Tile, checked_part, cut_tiles, picture_scale
+from vision.networks.onnx.output import decode
+from vision.networks.onnx.settings import OnnxSettings
 from vision.objects import ByteArray, Tensor
 from vision.video.frame import Frame
 

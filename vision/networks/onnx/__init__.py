@@ -1,0 +1,1 @@
+"""Networks in ONNX: what goes in, what comes out, and the boxes it makes of a picture."""
