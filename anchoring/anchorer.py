@@ -438,4 +438,4 @@ class Anchorer:
         if not moments or t_us - moments[-1] >= _MOMENT_US:
             moments.append(t_us)
         returned = returned[(self._bodies.car_number[returned] > 0) & frame.is_seen[returned]]
-        return tuple(fill(cars, self._bodies, returned, moments_us, self.roads))
+        return tuple(fill(cars, self._bodies, returned, moments_us, roads=self.roads, settings=self.settings))

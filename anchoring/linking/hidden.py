@@ -1,11 +1,13 @@
 """Where was a car while nobody saw it? On the way between the two places, at speeds that fit both ends.
 
 Along their road where both are on one, along the lanes where the map says how they lead there, and else on a smooth
-curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way.
+curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way. Over a short
+time they rest on the speeds at both ends: there noise alone makes a way of metres, which a standing car has not driven.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from anchoring.linking.bodies import LOST, NOW, START, Bodies
 from anchoring.linking.frame import RoadMap
 from anchoring.linking.ways import Looks
 from anchoring.observations import Cars, FloatArray, LongArray
+from anchoring.settings import AnchoringSettings
 from gis.roads.lane_graph import Route
 
 # Centres (2, k), headings and speeds (k,) at k times.
@@ -20,9 +23,19 @@ Path = tuple[FloatArray, FloatArray, FloatArray]
 
 # A cubic stays monotone if no end is faster than so many times the mean (Fritsch and Carlson 1980).
 _MOST_OF_MEAN = 3.0
+# Full braking is rare: so many standard deviations of how speeds change.
+_BRAKING_SIGMAS = 3.0
 
 
-def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray, roads: RoadMap) -> Iterator[Cars]:
+def fill(
+    cars: Cars,
+    bodies: Bodies,
+    returned: LongArray,
+    moments_us: LongArray,
+    *,
+    roads: RoadMap,
+    settings: AnchoringSettings,
+) -> Iterator[Cars]:
     """Find where cars were at the moments while nobody saw them, oldest first.
 
     Parameters
@@ -31,6 +44,7 @@ def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray,
     returned : columns of the bodies of those that are seen again.
     moments_us : of which is told.
     roads : the ways.
+    settings : how fast speeds change.
     """
     body, moment = (moments_us > bodies.states_us[LOST, returned][:, None]).nonzero()
     if not len(body):
@@ -42,7 +56,10 @@ def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray,
     until = np.stack((np.where(has_both, START, NOW), np.full(len(returned), NOW)), axis=1).ravel()
     end, start = bodies.looks(columns, np.tile((LOST, START), len(returned))), bodies.looks(columns, until)
     span = 2 * body + (has_both[body] & (t_us >= began_us[body]))
-    centre, heading_rad, speed_mps = hidden_path(end, start, span, t_us, roads)
+    sigma_m = bodies.sigma_m[columns]
+    centre, heading_rad, speed_mps = hidden_path(
+        end, start, span, t_us, sigma_m=sigma_m, roads=roads, settings=settings
+    )
     centre_m, velocity_mps = centre.T, np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1) * speed_mps[:, None]
     row_of = {car: row for row, car in enumerate(cars.ids)}
     rows = np.array([row_of[bodies.chains[column].car_id] for column in returned])[body]
@@ -59,28 +76,41 @@ def fill(cars: Cars, bodies: Bodies, returned: LongArray, moments_us: LongArray,
         )
 
 
-def hidden_path(end: Looks, start: Looks, span: LongArray, t_us: LongArray, roads: RoadMap) -> Path:
+def hidden_path(
+    end: Looks,
+    start: Looks,
+    span: LongArray,
+    t_us: LongArray,
+    *,
+    sigma_m: FloatArray,
+    roads: RoadMap,
+    settings: AnchoringSettings,
+) -> Path:
     """Find where cars were between two times at which they were seen.
 
     Parameters
     ----------
     end, start : s spans: a car as it was seen before, and as it was seen next.
     span, t_us : (k,) rising row of these, and a time within it.
+    sigma_m : (s,) standard deviation of each coordinate of the places; nan where nobody says.
     roads : the ways between them.
+    settings : how fast speeds change.
 
     Returns
     -------
     Centres (2, k), headings and speeds (k,).
     """
     path = np.empty((2, len(t_us))), np.empty(len(t_us)), np.empty(len(t_us))
-    span_s = (start.t_us - end.t_us)[span] * 1e-6
-    share = (t_us - end.t_us[span]) * 1e-6 / span_s
+    span_us = (start.t_us - end.t_us)[span]
+    span_s = np.asarray(span_us * 1e-6, np.float64)
+    share = (t_us - end.t_us[span]) / span_us
+    trust = _trust(span_s, sigma_m[span], settings)
 
     def draw(way: Callable[..., Path], which: LongArray | slice, *where: object) -> None:
         rows = span[which]
         if not len(rows):
             return
-        part = way(end.take(rows), start.take(rows), share[which], span_s[which], *where)
+        part = way(end.take(rows), start.take(rows), _Times(share[which], span_s[which], trust[which]), *where)
         for whole, piece in zip(path, part, strict=True):
             whole[..., which] = piece
 
@@ -97,9 +127,22 @@ def hidden_path(end: Looks, start: Looks, span: LongArray, t_us: LongArray, road
     return path
 
 
-def _along_lanes(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray, route: Route) -> Path:
+def _trust(span_s: FloatArray, sigma_m: FloatArray, settings: AnchoringSettings) -> FloatArray:
+    """Say what share of ways (k,) that speeds at their ends do not explain was driven, not noise.
+
+    Parameters
+    ----------
+    span_s : (k,) how long each took.
+    sigma_m : (k,) standard deviation of a place; nan where nobody says.
+    """
+    # Of a Brownian bridge: white acceleration whose effect on the speed is known at both ends.
+    driven_m2 = (settings.acceleration_mps2 / _BRAKING_SIGMAS) ** 2 * span_s**3 / 12
+    return driven_m2 / (driven_m2 + 2 * np.nan_to_num(sigma_m) ** 2)
+
+
+def _along_lanes(end: Looks, start: Looks, times: "_Times", route: Route) -> Path:
     length_m = float(np.hypot(*np.diff(route.line_m, axis=0).T).sum())
-    driven_m, speed_mps = _hermite(np.full(len(share), length_m), end.speed_mps, start.speed_mps, share, span_s)
+    driven_m, speed_mps = _hermite(np.full(len(times.share), length_m), end.speed_mps, start.speed_mps, times)
     shares = driven_m / max(length_m, 1e-9)
     points_m, heading_rad = route.points(np.concatenate((shares, [0.0, 1.0])))
     # Cars drive beside the middle of their lanes.
@@ -108,42 +151,53 @@ def _along_lanes(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray
     return points_m.T, heading_rad[:-2], speed_mps
 
 
-def _along_road(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray, roads: RoadMap) -> Path:
+def _along_road(end: Looks, start: Looks, times: "_Times", roads: RoadMap) -> Path:
     end_mps, start_mps = (
         one.velocity_mps[:, 0] * np.cos(one.tangent_rad) + one.velocity_mps[:, 1] * np.sin(one.tangent_rad)
         for one in (end, start)
     )
-    driven_m, speed_mps = _hermite(start.along_m - end.along_m, end_mps, start_mps, share, span_s)
-    still = np.zeros(len(share))
-    aside_m, _ = _hermite(start.across_m - end.across_m, still, still, share, span_s)
+    driven_m, speed_mps = _hermite(start.along_m - end.along_m, end_mps, start_mps, times)
+    still = np.zeros(len(times.share))
+    aside_m, _ = _hermite(start.across_m - end.across_m, still, still, times)
     points_m, line_rad = roads.points(end.road, end.along_m + driven_m, end.across_m + aside_m)
     return points_m, line_rad + math.pi * (end.sense < 0.0), np.abs(speed_mps)
 
 
-def _in_the_open(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray) -> Path:
+def _in_the_open(end: Looks, start: Looks, times: "_Times") -> Path:
     apart_m = (start.centre_m - end.centre_m).T
-    most_mps = _MOST_OF_MEAN * np.hypot(*apart_m) / span_s
+    most_mps = _MOST_OF_MEAN * np.hypot(*apart_m) / times.span_s
     end_mps, start_mps = (
         one.velocity_mps.T * np.minimum(1.0, most_mps / np.maximum(one.speed_mps, 1e-9)) for one in (end, start)
     )
-    way_m, pace_mps = _cubic(apart_m, end_mps, start_mps, share, span_s)
+    way_m, pace_mps = _cubic(apart_m, end_mps, start_mps, times)
     turn_rad = np.remainder(start.heading_rad - end.heading_rad + math.pi, 2 * math.pi) - math.pi
-    return end.centre_m.T + way_m, end.heading_rad + share * turn_rad, np.hypot(*pace_mps)
+    return end.centre_m.T + way_m, end.heading_rad + times.share * turn_rad, np.hypot(*pace_mps)
+
+
+@dataclass(frozen=True, slots=True)
+class _Times:
+    """Hold moments (k,) of spans: the share of the span that is over, its length, and the trust in its way."""
+
+    share: FloatArray
+    span_s: FloatArray
+    trust: FloatArray
 
 
 def _hermite(
-    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, share: FloatArray, span_s: FloatArray
+    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, times: _Times
 ) -> tuple[FloatArray, FloatArray]:
-    """Drive lengths without ever driving back: metres and speeds at shares of the time."""
-    most_mps = _MOST_OF_MEAN * length_m / span_s
+    """Drive lengths without ever driving back: metres and speeds."""
+    most_mps = _MOST_OF_MEAN * length_m / times.span_s
     low, high = np.minimum(most_mps, 0.0), np.maximum(most_mps, 0.0)
-    return _cubic(length_m, np.clip(end_mps, low, high), np.clip(start_mps, low, high), share, span_s)
+    return _cubic(length_m, np.clip(end_mps, low, high), np.clip(start_mps, low, high), times)
 
 
 def _cubic(
-    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, share: FloatArray, span_s: FloatArray
+    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, times: _Times
 ) -> tuple[FloatArray, FloatArray]:
-    u = share
+    u, span_s = times.share, times.span_s
     way_m = length_m * u * u * (3 - 2 * u) + span_s * u * (1 - u) * (end_mps * (1 - u) - start_mps * u)
-    pace_mps = 6 * length_m / span_s * u * (1 - u) + end_mps * (1 - u) * (1 - 3 * u) + start_mps * u * (3 * u - 2)
+    mean_mps = (end_mps + start_mps) / 2
+    off_mps = times.trust * (length_m / span_s - mean_mps)
+    pace_mps = end_mps * (1 - u) + start_mps * u + 6 * off_mps * u * (1 - u)
     return way_m, pace_mps

@@ -550,6 +550,18 @@ def test_car_that_is_found_again_where_it_began_has_only_seemed_to_move(found_m:
     assert (cars.ids, cars.vision_ids, cars.has_moved.tolist()) == (("car1",), ("v2",), [has_moved])
 
 
+@pytest.mark.parametrize(("sigma_m", "is_standing"), [(0.6, True), (np.nan, False)])
+def test_noise_of_two_places_is_no_way_that_a_hidden_car_has_driven(sigma_m: float, *, is_standing: bool) -> None:
+    anchorer, speeds_mps = Anchorer(straight_road()), list[float]()
+    for number in range(60):
+        x_m = 100.0 if number < 40 else 101.0
+        seen = observations(number * FRAME_US, {"v": Seen(x_m, -1.75, speed_mps=0.0, observed=not 30 <= number < 40)})
+        anchorer.observe(replace(seen, sigma_m=np.array([sigma_m])))
+        speeds_mps += [speed_mps for cars in anchorer.filled for speed_mps in cars.speed_mps.tolist()]
+    assert speeds_mps
+    assert (max(speeds_mps) < 1.0) is is_standing
+
+
 def test_car_that_comes_away_against_its_front_has_not_moved() -> None:
     frames = [(number * FRAME_US, {"v": Seen(-0.1 * number, speed_mps=2.5)}) for number in range(80)]
     anchorer = Anchorer(None)

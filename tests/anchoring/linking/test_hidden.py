@@ -1,6 +1,7 @@
 """Where hidden cars were: many at once as one by one, from where they were seen last to where they were seen next."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from gis.roads.road_network import RoadNetwork
 
 S = 1_000_000
 EAST = Lane("we_0", "we", 0, "we", +1, np.array([[0.0, 0.0], [200.0, 0.0]]), 8.0, 25.0)
-ROADS = RoadMap(RoadNetwork([EAST]), AnchoringSettings())
+SETTINGS = AnchoringSettings()
+ROADS = RoadMap(RoadNetwork([EAST]), SETTINGS)
+path = partial(hidden_path, roads=ROADS, settings=SETTINGS)
 
 
 def looks(t_us: np.ndarray, x_m: np.ndarray, y_m: np.ndarray, speed_mps: np.ndarray) -> Looks:
@@ -50,12 +53,14 @@ def test_many_hidden_cars_are_followed_as_each_alone() -> None:
     span = np.arange(count).repeat(31)
     t_us = (begun_us[:, None] + np.arange(31) * S // 10).ravel()
 
-    centre_m, heading_rad, speed_mps = hidden_path(end, start, span, t_us, ROADS)
+    sigma_m = rng.uniform(0.0, 2.0, count)
+    centre_m, heading_rad, speed_mps = path(end, start, span, t_us, sigma_m=sigma_m)
 
     for car in range(count):
         own = span == car
         row = np.array([car])
-        alone = hidden_path(end.take(row), start.take(row), np.zeros(31, np.int64), t_us[own], ROADS)
+        only = np.zeros(31, np.int64)
+        alone = path(end.take(row), start.take(row), only, t_us[own], sigma_m=sigma_m[row])
         together = centre_m[:, own], heading_rad[own], speed_mps[own]
         for one, other in zip(together, alone, strict=True):
             np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
@@ -70,10 +75,11 @@ def test_hidden_car_that_stood_still_in_between_is_told_as_slow_not_as_backing()
     start = looks(np.array([4 * S]), np.array([30.0]), np.zeros(1), np.array([20.0]))
     t_us = np.arange(0, 4 * S + 1, S // 5)
 
-    centre_m, _, speed_mps = hidden_path(end, start, np.zeros(len(t_us), np.int64), t_us, ROADS)
+    only = np.zeros(len(t_us), np.int64)
+    centre_m, _, speed_mps = path(end, start, only, t_us, sigma_m=np.zeros(1))
 
     assert np.all(np.diff(centre_m[0]) >= 0.0)
     assert speed_mps.min() < 1.0
     assert speed_mps.max() > 2.5
     faster = replace(start, centre_m=np.array([[90.0, 0.0]]), along_m=np.array([90.0]))
-    assert hidden_path(end, faster, np.zeros(1, np.int64), t_us[:1], ROADS)[2] == 20.0
+    assert path(end, faster, only[:1], t_us[:1], sigma_m=np.zeros(1))[2] == 20.0
