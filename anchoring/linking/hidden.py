@@ -1,13 +1,12 @@
 """Where was a car while nobody saw it? On the way between the two places, at speeds that fit both ends.
 
 Along their road where both are on one, along the lanes where the map says how they lead there, and else on a smooth
-curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way. Over a short
-time they rest on the speeds at both ends: there noise alone makes a way of metres, which a standing car has not driven.
+curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way; over a short
+time they rest on the speeds at both ends, for there noise alone makes a way that a standing car has not driven.
 """
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -101,16 +100,14 @@ def hidden_path(
     Centres (2, k), headings and speeds (k,).
     """
     path = np.empty((2, len(t_us))), np.empty(len(t_us)), np.empty(len(t_us))
-    span_us = (start.t_us - end.t_us)[span]
-    span_s = np.asarray(span_us * 1e-6, np.float64)
-    share = (t_us - end.t_us[span]) / span_us
-    trust = _trust(span_s, sigma_m[span], settings)
+    span_s = np.asarray((start.t_us - end.t_us)[span] * 1e-6, np.float64)
+    share = (t_us - end.t_us[span]) * 1e-6 / span_s
 
     def draw(way: Callable[..., Path], which: LongArray | slice, *where: object) -> None:
         rows = span[which]
         if not len(rows):
             return
-        part = way(end.take(rows), start.take(rows), _Times(share[which], span_s[which], trust[which]), *where)
+        part = way(end.take(rows), start.take(rows), share[which], span_s[which], *where)
         for whole, piece in zip(path, part, strict=True):
             whole[..., which] = piece
 
@@ -124,25 +121,28 @@ def hidden_path(
             in_the_open[along] = False
     draw(_along_road, on_road.nonzero()[0], roads)
     draw(_in_the_open, in_the_open.nonzero()[0])
-    return path
+    centre, heading_rad, driven_mps = path
+    trust = _trust(span_s, sigma_m[span], settings)
+    steady_mps = end.speed_mps[span] * (1 - share) + start.speed_mps[span] * share
+    return centre, heading_rad, trust * driven_mps + (1 - trust) * steady_mps
 
 
 def _trust(span_s: FloatArray, sigma_m: FloatArray, settings: AnchoringSettings) -> FloatArray:
-    """Say what share of ways (k,) that speeds at their ends do not explain was driven, not noise.
+    """Say what share (k,) of what places tell of the speed is not their noise.
 
     Parameters
     ----------
-    span_s : (k,) how long each took.
-    sigma_m : (k,) standard deviation of a place; nan where nobody says.
+    span_s : (k,) how far apart in time two places are.
+    sigma_m : (k,) standard deviation of each coordinate of both; nan where nobody says.
     """
-    # Of a Brownian bridge: white acceleration whose effect on the speed is known at both ends.
+    # By how much the way may differ from the one at steadily changing speed: a Brownian bridge of accelerations.
     driven_m2 = (settings.acceleration_mps2 / _BRAKING_SIGMAS) ** 2 * span_s**3 / 12
     return driven_m2 / (driven_m2 + 2 * np.nan_to_num(sigma_m) ** 2)
 
 
-def _along_lanes(end: Looks, start: Looks, times: "_Times", route: Route) -> Path:
+def _along_lanes(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray, route: Route) -> Path:
     length_m = float(np.hypot(*np.diff(route.line_m, axis=0).T).sum())
-    driven_m, speed_mps = _hermite(np.full(len(times.share), length_m), end.speed_mps, start.speed_mps, times)
+    driven_m, speed_mps = _hermite(np.full(len(share), length_m), end.speed_mps, start.speed_mps, share, span_s)
     shares = driven_m / max(length_m, 1e-9)
     points_m, heading_rad = route.points(np.concatenate((shares, [0.0, 1.0])))
     # Cars drive beside the middle of their lanes.
@@ -151,53 +151,42 @@ def _along_lanes(end: Looks, start: Looks, times: "_Times", route: Route) -> Pat
     return points_m.T, heading_rad[:-2], speed_mps
 
 
-def _along_road(end: Looks, start: Looks, times: "_Times", roads: RoadMap) -> Path:
+def _along_road(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray, roads: RoadMap) -> Path:
     end_mps, start_mps = (
         one.velocity_mps[:, 0] * np.cos(one.tangent_rad) + one.velocity_mps[:, 1] * np.sin(one.tangent_rad)
         for one in (end, start)
     )
-    driven_m, speed_mps = _hermite(start.along_m - end.along_m, end_mps, start_mps, times)
-    still = np.zeros(len(times.share))
-    aside_m, _ = _hermite(start.across_m - end.across_m, still, still, times)
+    driven_m, speed_mps = _hermite(start.along_m - end.along_m, end_mps, start_mps, share, span_s)
+    still = np.zeros(len(share))
+    aside_m, _ = _hermite(start.across_m - end.across_m, still, still, share, span_s)
     points_m, line_rad = roads.points(end.road, end.along_m + driven_m, end.across_m + aside_m)
     return points_m, line_rad + math.pi * (end.sense < 0.0), np.abs(speed_mps)
 
 
-def _in_the_open(end: Looks, start: Looks, times: "_Times") -> Path:
+def _in_the_open(end: Looks, start: Looks, share: FloatArray, span_s: FloatArray) -> Path:
     apart_m = (start.centre_m - end.centre_m).T
-    most_mps = _MOST_OF_MEAN * np.hypot(*apart_m) / times.span_s
+    most_mps = _MOST_OF_MEAN * np.hypot(*apart_m) / span_s
     end_mps, start_mps = (
         one.velocity_mps.T * np.minimum(1.0, most_mps / np.maximum(one.speed_mps, 1e-9)) for one in (end, start)
     )
-    way_m, pace_mps = _cubic(apart_m, end_mps, start_mps, times)
+    way_m, pace_mps = _cubic(apart_m, end_mps, start_mps, share, span_s)
     turn_rad = np.remainder(start.heading_rad - end.heading_rad + math.pi, 2 * math.pi) - math.pi
-    return end.centre_m.T + way_m, end.heading_rad + times.share * turn_rad, np.hypot(*pace_mps)
-
-
-@dataclass(frozen=True, slots=True)
-class _Times:
-    """Hold moments (k,) of spans: the share of the span that is over, its length, and the trust in its way."""
-
-    share: FloatArray
-    span_s: FloatArray
-    trust: FloatArray
+    return end.centre_m.T + way_m, end.heading_rad + share * turn_rad, np.hypot(*pace_mps)
 
 
 def _hermite(
-    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, times: _Times
+    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, share: FloatArray, span_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Drive lengths without ever driving back: metres and speeds."""
-    most_mps = _MOST_OF_MEAN * length_m / times.span_s
+    """Drive lengths without ever driving back: metres and speeds at shares of the time."""
+    most_mps = _MOST_OF_MEAN * length_m / span_s
     low, high = np.minimum(most_mps, 0.0), np.maximum(most_mps, 0.0)
-    return _cubic(length_m, np.clip(end_mps, low, high), np.clip(start_mps, low, high), times)
+    return _cubic(length_m, np.clip(end_mps, low, high), np.clip(start_mps, low, high), share, span_s)
 
 
 def _cubic(
-    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, times: _Times
+    length_m: FloatArray, end_mps: FloatArray, start_mps: FloatArray, share: FloatArray, span_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    u, span_s = times.share, times.span_s
+    u = share
     way_m = length_m * u * u * (3 - 2 * u) + span_s * u * (1 - u) * (end_mps * (1 - u) - start_mps * u)
-    mean_mps = (end_mps + start_mps) / 2
-    off_mps = times.trust * (length_m / span_s - mean_mps)
-    pace_mps = end_mps * (1 - u) + start_mps * u + 6 * off_mps * u * (1 - u)
+    pace_mps = 6 * length_m / span_s * u * (1 - u) + end_mps * (1 - u) * (1 - 3 * u) + start_mps * u * (3 * u - 2)
     return way_m, pace_mps
