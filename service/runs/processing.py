@@ -63,6 +63,12 @@ class Progress:
     events: int | None
 
     @property
+    def found(self) -> str:
+        """Say what was found; that nothing was is not known of what a text of streams does not record."""
+        counts = (("cars", self.cars), ("events", self.events))
+        return ", ".join(f"{name} not recorded" if count is None else f"{count} {name}" for name, count in counts)
+
+    @property
     def frames_per_s(self) -> float:
         """Return the mean processing rate."""
         return self.frames / self.elapsed_s if self.elapsed_s > 0 else 0.0

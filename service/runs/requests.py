@@ -1,11 +1,10 @@
-"""What is to be processed, and how is that kept until somebody does? As JSON, without the log that it is in."""
+"""What is to be processed, and how is that kept until somebody does? As JSON, in a log."""
 
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -20,7 +19,7 @@ class RunRequest:
     ----------
     input : a video file, or a trajectory file (``.csv``).
     site : the site file; None for trajectories without roads.
-    log_url : where the event log is, or is to be created.
+    log_url : where the event log is, or is to be created; of what is kept, empty for the log that it is in.
     chronicle_files, chronicle_texts : texts of chronicles, in files or here; none means the whole shipped library.
     columns : our trajectory column names to the file's.
     monitor_files : texts of monitors to run besides.
@@ -86,19 +85,19 @@ def as_text(request: RunRequest | LiveRequest) -> str:
     --------
     >>> import math
     >>> from dataclasses import replace
-    >>> request = RunRequest(Path("/clips/a.mp4"), None, "a.db", rate_hz=math.inf)
+    >>> request = RunRequest(Path("/clips/a.mp4"), None, "", rate_hz=math.inf)
     >>> read_request(as_text(request), "b.db") == replace(request, log_url="b.db")
     True
     """
     plain = msgspec.to_builtins(request, enc_hook=lambda path: str(path.absolute()))
-    _how(plain)["log_url"] = ""
     return json.dumps(plain)  # which knows infinity
 
 
 def read_request(text: str, log_url: str) -> RunRequest | LiveRequest:
     """Read a request for the log that it was in."""
     plain = json.loads(text)
-    _how(plain)["log_url"] = log_url
+    how = plain.get("run", plain)
+    how["log_url"] = how["log_url"] or log_url
     kind: type[RunRequest | LiveRequest] = LiveRequest if "run" in plain else RunRequest
     return msgspec.convert(plain, kind, dec_hook=lambda kind, value: kind(value))
 
@@ -116,12 +115,6 @@ def job_id(request: RunRequest | LiveRequest) -> str:
         state = path.stat()
         texts.append(f"{name} {path} {state.st_size} {state.st_mtime_ns}")
     return blake2b("\n".join(texts).encode(), digest_size=8).hexdigest()
-
-
-def _how(plain: dict[str, Any]) -> dict[str, Any]:
-    """Give the part of a request that says how its input is processed."""
-    part: dict[str, Any] = plain.get("run", plain)
-    return part
 
 
 def _files(request: RunRequest | LiveRequest) -> Iterator[tuple[str, Path]]:

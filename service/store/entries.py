@@ -6,6 +6,7 @@ from typing import Literal, get_args
 from msgspec import Struct
 
 JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
+ENDED: tuple[JobState, ...] = ("finished", "failed", "cancelled")
 JobKind = Literal["run", "live"]
 
 Scope = Literal["read", "write", "admin"]
@@ -24,7 +25,7 @@ class Job(Struct, frozen=True):
     request : as `service.runs.requests` writes it.
     attempts : how often it was begun.
     cancel_requested : somebody asked for its end.
-    message : how far it has come, or what went wrong.
+    message : how far it has come, what it found, or what went wrong; warnings are lines of their own.
     kind : a run over a file, or a live source, which has no end.
     """
 
@@ -45,7 +46,13 @@ class Job(Struct, frozen=True):
     @property
     def run(self) -> str | None:
         """The run that it became, once it has finished; a live source has many."""
-        return self.message.removeprefix("run ") if (self.kind, self.state) == ("run", "finished") else None
+        named = self.message.partition(":")[0].removeprefix("run ")
+        return named if (self.kind, self.state) == ("run", "finished") else None
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether nobody will be at it any more, unless it is asked for again."""
+        return self.state in ENDED
 
 
 class WebhookState(Struct, frozen=True):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from service.runs.requests import LiveRequest, RunRequest
-    from service.store.entries import JobKind
+    from service.store.entries import Job, JobKind
     from service.store.registers.jobs import Jobs
 
 TITLES = ("job", "state", "attempts", "input", "message")
@@ -76,12 +76,17 @@ def tell_line(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+def jobs_table(jobs: "Sequence[Job]") -> str:
+    """Lay out jobs, each with the first line of its message."""
+    rows = [[one.id, one.state, str(one.attempts), one.input, one.message.partition("\n")[0]] for one in jobs]
+    return format_table(TITLES, rows)
+
+
 def list_jobs(log: LogName, as_json: AsJson = False) -> None:
     """List what was queued for a log, in its order."""
     with _opened(log) as jobs:
         listed = jobs.listed()
-    rows = [[one.id, one.state, str(one.attempts), one.input, one.message.partition("\n")[0]] for one in listed]
-    show({"items": listed}, format_table(TITLES, rows), as_json=as_json)
+    show({"items": listed}, jobs_table(listed), as_json=as_json)
 
 
 def cancel(log: LogName, job: JobName, as_json: AsJson = False) -> None:
@@ -109,11 +114,19 @@ def _opened(log: str) -> "AbstractContextManager[Jobs]":
     return closing(Jobs(database))
 
 
-def add_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "JobKind", *, as_json: bool) -> None:
-    """Add requests of one kind to the jobs of a log, and say which jobs they are."""
+def added_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "JobKind") -> "tuple[Jobs, list[Job]]":
+    """Add requests of one kind to the jobs of a log, which is made if need be; close what is returned.
+
+    Raises
+    ------
+    InputError
+        If a file of one is missing; nothing has been added then.
+    LogError
+        If the log cannot be written.
+    """
     from service.errors import InputError
     from service.runs.requests import as_text, job_id
-    from service.store.databases.location import database_of, shown
+    from service.store.databases.location import database_of
     from service.store.registers.jobs import Jobs
 
     database = database_of(log)
@@ -123,8 +136,15 @@ def add_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "Jo
     except OSError as error:
         raise InputError(f"{error.filename}: expected a file, got {error.strerror!r}") from error
     jobs = Jobs(database)
-    added = [jobs.add(*one, kind) for one in texts.items()]
+    return jobs, [jobs.add(*one, kind) for one in texts.items()]
+
+
+def add_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "JobKind", *, as_json: bool) -> None:
+    """Add requests of one kind to the jobs of a log, and say which jobs they are."""
+    from service.store.databases.location import shown
+
+    jobs, added = added_jobs(requests, log, kind)
     jobs.close()
-    lines = [f"job {one.id} is {one.state}: {request.input}" for one, request in zip(added, requests, strict=True)]
+    lines = [f"job {one.id} is {one.state}: {one.input}" for one in added]
     lines.append(f"process them:   dyknow worker {shown(log)}{' --live 1' if kind == 'live' else ''}")
     show({"items": [{"id": one.id, "state": one.state} for one in added]}, "\n".join(lines), as_json=as_json)

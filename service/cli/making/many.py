@@ -1,52 +1,29 @@
-"""How are many inputs processed at once? Each by the same command in a process of its own, into a log of its own."""
+"""How are many inputs processed at once? As jobs of one log, by workers that stay as long as the command does."""
 
 import glob
-import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import typer
 
-from service.cli.printing import OK, SIGNALLED, format_table, print_json, tell
+from service.cli.making.jobs import added_jobs, jobs_table
+from service.cli.printing import INVALID, OK, SIGNALLED, print_json, tell
+
+if TYPE_CHECKING:
+    from service.runs.requests import RunRequest
+    from service.store.entries import Job
 
 VIDEO_SUFFIXES = {
     ".3gp", ".asf", ".avi", ".flv", ".m2ts", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".mxf", ".ogv",
     ".ts", ".webm", ".wmv",
 }  # fmt: skip
-COMMAND = (sys.executable, "-c", "from service.cli.app import main; main()", "process")
+QUEUE = "jobs.db"
+"""Of logs in a folder: has the jobs of all, and is the log of an input of that name too."""
 LOOK_EVERY_S = 0.2
-
-
-@dataclass(slots=True)
-class Job:
-    """One input on its way.
-
-    Attributes
-    ----------
-    input, log : what is processed, and into which log.
-    told : the newest record of the command (`--json`), of its progress or its end; empty before the first.
-    messages : what else it said.
-    code : with which it ended; None as long as it has not.
-    """
-
-    input: Path
-    log: Path
-    told: dict[str, Any] = field(default_factory=dict)  # Any: JSON
-    messages: list[str] = field(default_factory=list)
-    code: int | None = None
-    child: "subprocess.Popen[str] | None" = None
-
-    @property
-    def status(self) -> str:
-        """Say in a word how far it has come."""
-        if self.code is None:
-            return "waits" if self.child is None else "runs"
-        return "failed" if self.told.get("type") != "summary" else str(self.told["status"])
 
 
 def expanded(names: Sequence[Path]) -> list[Path]:
@@ -57,9 +34,11 @@ def expanded(names: Sequence[Path]) -> list[Path]:
     typer.BadParameter
         If a folder holds no video, or a pattern fits nothing.
     """
+    from vision.video.recording import is_recording
+
     found: list[Path] = []
     for name in names:
-        if name.is_dir():
+        if name.is_dir() and not is_recording(name):
             here = sorted(one for one in name.iterdir() if one.suffix.lower() in VIDEO_SUFFIXES)
         elif not name.exists() and glob.has_magic(str(name)):
             here = sorted(map(Path, glob.glob(str(name), recursive=True)))
@@ -78,148 +57,99 @@ def site_beside(path: Path) -> Path | None:
     return own if own.exists() else common if common.exists() else None
 
 
-def repeated_options(context: typer.Context, *without: str) -> list[str]:
-    """Write the options that a command was given once more, but for some."""
-    words: list[str] = []
-    for one in context.command.params:
-        value = context.params.get(one.name or "")
-        if one.param_type_name != "option" or one.name in without or value in (None, False):
-            continue
-        for part in value if isinstance(value, list | tuple) else (value,):
-            words += [one.opts[0]] if part is True else [one.opts[0], str(part)]
-    return words
-
-
-def jobs_of(inputs: Sequence[Path], folder: Path) -> list[Job]:
-    """Give each input a log in the folder.
+def logs_of(inputs: Sequence[Path], folder: Path) -> list[str]:
+    """Name a log in the folder for each input.
 
     Raises
     ------
     typer.BadParameter
-        If two would have the same log.
+        If two would have the same.
     """
-    jobs = [Job(one, folder / f"{one.stem}.db") for one in inputs]
     first: dict[Path, Path] = {}
-    for job in jobs:
-        if (other := first.setdefault(job.log, job.input)) != job.input:
-            raise typer.BadParameter(f"--logs: expected inputs of different names, got {other} and {job.input}")
-    return jobs
+    for one in inputs:
+        if (other := first.setdefault((folder / f"{one.stem}.db").absolute(), one)) != one:
+            raise typer.BadParameter(f"--logs: expected inputs of different names, got {other} and {one}")
+    return list(map(str, first))
 
 
-def process_many(jobs: Sequence[Job], options: Sequence[str], *, site: Path | None, at_once: int, as_json: bool) -> int:
-    """Run all jobs, so many at once; one that fails does not stop the others.
+def process_many(requests: "Sequence[RunRequest]", log: str, *, at_once: int, as_json: bool) -> int:
+    """Have all requests processed by so many workers; one that fails does not stop the others.
+
+    Parameters
+    ----------
+    log : whose jobs they become. What is killed leaves them there for any worker, and the same again goes on with them.
 
     Returns
     -------
-    The worst exit code.
+    The exit code.
     """
-    from service.runs.machine import Interrupts
+    from service.errors import QueryError
+    from service.runs.jobs.supervision import kept_working
+    from service.runs.machine import Interrupts, cores
 
-    jobs[0].log.parent.mkdir(parents=True, exist_ok=True)
-    with Interrupts() as interrupts, _shown(jobs, as_json=as_json) as show, ThreadPoolExecutor(at_once) as pool:
-        todo = {pool.submit(_run, job, [*COMMAND, *_arguments(job, options, site)]) for job in jobs}
-        while todo:
-            done, todo = wait(todo, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
-            for one in done:
-                one.result()  # raises what kept the command from being run at all
-            show()
-            if interrupts.came:  # those that run end in the ordinary way, with what they have
-                pool.shutdown(wait=False, cancel_futures=True)
-                for job in jobs:
-                    if job.child is not None and job.code is None:
-                        job.child.terminate()
-                todo = {one for one in todo if not one.cancelled()}
-    _print_summary(jobs, as_json=as_json)
-    return SIGNALLED + interrupts.came if interrupts.came else max(job.code or OK for job in jobs)
+    jobs, added = added_jobs(requests, log, "run")
+    with closing(jobs), Interrupts() as interrupts, ExitStack() as working:
+        todo = {one.id for one in added}
+        names = frozenset(todo)
+        for name in names:
+            jobs.repeat(name)
+        for _ in range(at_once):
+            working.enter_context(kept_working(log, "run", _say_nothing, has_free_cores=at_once < cores()))
+        show = working.enter_context(_shown(len(names), as_json=as_json))
+        while True:
+            now = [one for one in jobs.listed() if one.id in names]
+            ended = [one for one in now if one.has_ended and one.id in todo]
+            todo -= {one.id for one in ended}
+            show(now, ended)
+            if not todo:
+                break
+            if interrupts.came:  # what runs ends in the ordinary way, with what it has
+                for name in todo:
+                    with suppress(QueryError):  # it has ended meanwhile
+                        jobs.cancel(name)
+            time.sleep(LOOK_EVERY_S)
+    finished = sum(one.state == "finished" for one in now)
+    if as_json:
+        print_json({"type": "summary", "inputs": len(now), "finished": finished})
+    else:
+        print(jobs_table(now), end="")
+        for one in now:
+            tell(one.input, one.message.splitlines()[1:])
+        print(f"{finished} of {len(now)} finished")
+    return SIGNALLED + interrupts.came if interrupts.came else OK if finished == len(now) else INVALID
 
 
-def _arguments(job: Job, options: Sequence[str], site: Path | None) -> list[str]:
-    site = site or site_beside(job.input)
-    known = () if site is None else ("--site", str(site))
-    return [*options, *known, "--log", str(job.log), "--json", "--", str(job.input)]
-
-
-def _run(job: Job, command: Sequence[str]) -> None:
-    import msgspec
-
-    # Messages come between the records: whatever is no record is one.
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
-    ) as job.child:
-        assert job.child.stdout is not None
-        for line in job.child.stdout:
-            if line.startswith("{"):
-                job.told = msgspec.json.decode(line)
-            else:
-                job.messages.append(line.rstrip())
-    code = job.child.returncode
-    job.code = code if code >= 0 else SIGNALLED - code
+def _say_nothing(line: str) -> None:
+    """Take what a worker tells: the rows of the jobs say it too."""
 
 
 @contextmanager
-def _shown(jobs: Sequence[Job], *, as_json: bool) -> Iterator[Callable[[], None]]:
-    """Tell how far all jobs are: bars on a terminal, elsewhere a line for each that has ended."""
-    told: set[Path] = set()
+def _shown(count: int, *, as_json: bool) -> "Iterator[Callable[[Sequence[Job], Sequence[Job]], None]]":
+    """Give what shows all jobs as they are now, and tells of those that have ended since the last time."""
+    shown = 0
 
-    def tell_ended() -> None:
-        """Tell of those that have ended since the last time."""
-        for job in jobs:
-            if job.code is None or job.input in told:
-                continue
-            told.add(job.input)
+    def tell_ended(_: "Sequence[Job]", ended: "Sequence[Job]") -> None:
+        nonlocal shown
+        for one in ended:
+            shown += 1
             if as_json:
-                print_json({"type": "job", **_record(job)})
+                facts = ("id", "input", "state", "attempts", "run", "message")
+                print_json({"type": "job", **{name: getattr(one, name) for name in facts}})
             else:
-                print(f"{job.input} ({len(told)} of {len(jobs)}): {job.status}", file=sys.stderr, flush=True)
+                print(f"{one.input} ({shown} of {count}): {one.state}", file=sys.stderr, flush=True)
 
     if as_json or not sys.stderr.isatty():
         yield tell_ended
-        tell_ended()
         return
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as RichProgress
+    from rich.live import Live
+    from rich.text import Text
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} % {task.fields[status]}"),
-    )
-    with RichProgress(*columns, console=Console(stderr=True)) as bars:
-        tasks = [bars.add_task(job.input.name, total=None, status=job.status) for job in jobs]
+    with Live(console=Console(stderr=True), transient=True) as live:
 
-        def show() -> None:
-            """Move all bars."""
-            for task, job in zip(tasks, jobs, strict=True):
-                done, total = job.told.get("frames", 0), job.told.get("frame_count")
-                bars.update(task, completed=done, total=done if job.code is not None else total, status=job.status)
+        def show(now: "Sequence[Job]", _: "Sequence[Job]") -> None:
+            left = [one for one in now if not one.has_ended]
+            running = jobs_table([one for one in left if one.state == "running"])
+            live.update(Text(f"{running}{count - len(left)} of {count} have ended"))
 
         yield show
-        show()
-
-
-def _record(job: Job) -> dict[str, object]:
-    facts = {name: value for name, value in job.told.items() if name not in ("type", "status")}
-    return {
-        "input": str(job.input),
-        "log": str(job.log),
-        "status": job.status,
-        "code": job.code,
-        "messages": job.messages,
-        **facts,
-    }
-
-
-def _print_summary(jobs: Sequence[Job], *, as_json: bool) -> None:
-    finished = sum(job.status == "finished" for job in jobs)
-    if as_json:
-        print_json({"type": "summary", "inputs": len(jobs), "finished": finished})
-        return
-    rows = []
-    for job in jobs:
-        counts = [job.told.get(name) for name in ("frames", "cars", "events", "real_time_factor")]
-        rows.append([str(job.input), job.status, *("" if one is None else str(one) for one in counts), str(job.log)])
-    print(format_table(["input", "status", "frames", "cars", "events", "x real time", "log"], rows), end="")
-    for job in jobs:
-        tell(f"{job.input}", (*job.told.get("warnings", ()), *job.messages))
-    print(f"{finished} of {len(jobs)} finished")

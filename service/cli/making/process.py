@@ -12,7 +12,7 @@ import typer
 
 from service.cli import options
 from service.cli.making.jobs import add_jobs
-from service.cli.making.many import expanded, jobs_of, process_many, repeated_options, site_beside
+from service.cli.making.many import QUEUE, expanded, logs_of, process_many, site_beside
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
 
 if TYPE_CHECKING:
@@ -26,18 +26,15 @@ REPORT_EVERY_S = 1.0
 
 
 def process(
-    context: typer.Context,
     *,
     inputs: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="INPUT", help="A video, or trajectories (.csv, .jsonl); with --logs several, folders, patterns."
-        ),
+        typer.Argument(metavar="INPUT", help="Videos, or trajectories (.csv, .jsonl); folders of videos, patterns."),
     ] = None,
     log: Annotated[str | None, typer.Option(help="Event log: PATH.db, or a URL; made if missing.")] = None,
     logs: Annotated[Path | None, typer.Option(help="Folder of logs, one for each input; made if missing.")] = None,
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Inputs processed at once, with --logs. Default: a core each.")
+        int | None, typer.Option(min=1, help="Of several inputs, so many at once. Default: a core each.")
     ] = None,
     site: options.SiteOfInput = None,
     chronicles: options.ChroniclesToRun = None,
@@ -65,18 +62,19 @@ def process(
         bool, typer.Option("--json", help="One JSON line a second on stdout, and one at the end.")
     ] = False,
 ) -> None:
-    """Process a video, a trajectory file or a file of detections into an event log; with --logs, many of them."""
+    """Process videos, trajectory files or files of detections into an event log; with --logs, each into its own."""
     from service.records.times import parse_utc_us
+    from service.runs.machine import cores
     from service.runs.requests import RunRequest
 
-    if logs is not None or log is None:
-        raise typer.Exit(_process_many(context, inputs or [], log, logs, site, jobs=jobs, workers=workers))
-    queued = expanded(inputs or []) if queue else []
-    source, looks = chosen_input(queued[:1] or inputs or [], detector, detections)
+    if (logs is None) == (log is None):
+        raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
+    given, looks = chosen_inputs(expanded(inputs or []), detector, detections)
+    is_job = queue or logs is not None or len(given) > 1
     request = RunRequest(
-        input=source,
+        input=given[0],
         site=site,
-        log_url=log,
+        log_url="" if log is None or is_job else log,
         chronicle_files=tuple(chronicles or ()),
         columns=parse_columns(columns),
         monitor_files=tuple(monitors or ()),
@@ -90,11 +88,20 @@ def process(
         again=again,
         workers=None if workers == "auto" else int(workers),
     )
+    if not is_job:
+        _process_one(request, as_json=as_json)
+        return
+    requests = [replace(request, input=one, site=site or site_beside(one)) for one in given]
+    if logs is not None:
+        requests = [replace(one, log_url=own) for one, own in zip(requests, logs_of(given, logs), strict=True)]
+        logs.mkdir(parents=True, exist_ok=True)
+        log = str(logs / QUEUE)
+    assert log is not None
     if queue:
-        requests = [replace(request, input=one, site=site or site_beside(one)) for one in queued or [source]]
         add_jobs(requests, log, "run", as_json=as_json)
     else:
-        _process_one(request, as_json=as_json)
+        at_once = min(jobs or cores(), len(given))
+        raise typer.Exit(process_many(requests, log, at_once=at_once, as_json=as_json))
 
 
 def _process_one(request: "RunRequest", *, as_json: bool) -> None:
@@ -117,58 +124,28 @@ def leave_if_cut(summary: "RunSummary") -> None:
         raise typer.Exit(SIGNALLED + summary.stopped_by if summary.status == "interrupted" else INVALID)
 
 
-def _process_many(
-    context: typer.Context,
-    inputs: list[Path],
-    log: str | None,
-    logs: Path | None,
-    site: Path | None,
-    *,
-    jobs: int | None,
-    workers: str,
-) -> int:
-    """Process every input by this command, with its other options, in a process of its own."""
-    from service.runs.machine import cores
-
-    if logs is None or log is not None:
-        raise typer.BadParameter(f"expected one of --log and --logs, got {'neither' if logs is None else 'both'}")
-    if not inputs:
-        raise typer.BadParameter("--logs: expected INPUT, got none")
-    if context.params["queue"]:
-        raise typer.BadParameter("--queue: expected --log to go with it, got --logs")
-    todo = jobs_of(expanded(inputs), logs)
-    if len(todo) > 1 and context.params["detections"] is not None:
-        raise typer.BadParameter(f"--detections: expected one input to go with a file of boxes, got {len(todo)}")
-    at_once = min(jobs or cores(), len(todo))
-    # A core that has an input of its own is not free for another process.
-    workers = "0" if workers == "auto" and at_once >= cores() else workers
-    given = repeated_options(context, "log", "logs", "jobs", "site", "workers", "as_json")
-    as_json = bool(context.params["as_json"])
-    return process_many(todo, [*given, "--workers", workers], site=site, at_once=at_once, as_json=as_json)
-
-
-def chosen_input(inputs: list[Path], detector: str | None, detections: Path | None) -> tuple[Path, str | None]:
+def chosen_inputs(inputs: list[Path], detector: str | None, detections: Path | None) -> tuple[list[Path], str | None]:
     """Tell what to process and with which detector.
 
     Raises
     ------
     typer.BadParameter
-        If there is nothing to process, more than one thing, or two detectors.
+        If there is nothing to process, two detectors, or a file of detections for more than one thing.
 
     Examples
     --------
-    >>> chosen_input([], None, Path("found.csv"))
-    (PosixPath('found.csv'), 'file:found.csv')
+    >>> chosen_inputs([], None, Path("found.csv"))
+    ([PosixPath('found.csv')], 'file:found.csv')
     """
     if detections is not None and detector is not None:
         raise typer.BadParameter(f"expected one of --detector and --detections, got {detector!r} and {detections!s}")
-    looks = detector if detections is None else f"file:{detections}"
-    if len(inputs) > 1:
-        raise typer.BadParameter(f"--log: expected one input, got {len(inputs)}; --logs DIR gives each a log")
-    source = inputs[0] if inputs else detections
-    if source is None:
-        raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
-    return source, looks
+    if detections is not None and len(inputs) > 1:
+        raise typer.BadParameter(f"--detections: expected one input to go with a file of boxes, got {len(inputs)}")
+    if detections is None:
+        if not inputs:
+            raise typer.BadParameter("expected INPUT, or --detections alone; got neither")
+        return inputs, detector
+    return inputs or [detections], f"file:{detections}"
 
 
 def parse_rate(text: str) -> float:
@@ -259,13 +236,7 @@ def _every(period_s: float, report: "Callable[[Progress], None]") -> "Callable[[
 def _rates(progress: "Progress") -> str:
     if progress.frames == 0:  # vision holds the first frames until it knows the road
         return "learning the road"
-    return f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, {_found(progress)}"
-
-
-def _found(progress: "Progress") -> str:
-    """Say what was found; that nothing was is not known of what a text of streams does not record."""
-    counts = (("cars", progress.cars), ("events", progress.events))
-    return ", ".join(f"{name} not recorded" if count is None else f"{count} {name}" for name, count in counts)
+    return f"{progress.frames_per_s:.0f} frames/s, {progress.real_time_factor:.1f}x real time, {progress.found}"
 
 
 def _progress_record(progress: "Progress") -> dict[str, object]:
@@ -330,7 +301,7 @@ def _print_facts(summary: "RunSummary", log: str) -> None:
     tell("warning", summary.warnings)
     print(
         f"{progress.frames} frames, {progress.media_us / 1e6:.1f} s of input in {progress.elapsed_s:.1f} s "
-        f"({progress.real_time_factor:.1f}x real time): {_found(progress)}"
+        f"({progress.real_time_factor:.1f}x real time): {progress.found}"
     )
     print(f"media time 0:   {_start(summary.record)}")
     if progress.frames:

@@ -55,7 +55,7 @@ def watch(
     run = RunRequest(
         input=recordings,  # each recording in it, in turn
         site=site,
-        log_url=log,
+        log_url="" if queue else log,
         chronicle_files=tuple(chronicles or ()),
         columns=parse_columns(columns),
         monitor_files=tuple(monitors or ()),

@@ -26,16 +26,18 @@ ENDED_WITHIN_S = 10.0
 
 
 @contextmanager
-def kept_working(log_url: str, kind: JobKind, tell: Tell) -> Iterator[None]:
+def kept_working(log_url: str, kind: JobKind, tell: Tell, *, has_free_cores: bool = True) -> Iterator[None]:
     """Keep a worker at the jobs of a log that are of one kind, while in the `with` block.
 
     Parameters
     ----------
     tell : gets a line when a worker begins or dies, and what it tells itself; a function of a module, since the worker
         calls it in its own process.
+    has_free_cores : False where the other cores have workers of their own.
     """
     ended = threading.Event()
-    supervisor = threading.Thread(target=_supervise, args=(log_url, kind, tell, ended), daemon=True)
+    how = (log_url, kind, tell, has_free_cores)
+    supervisor = threading.Thread(target=_supervise, args=(how, tell, ended), daemon=True)
     supervisor.start()
     try:
         yield
@@ -44,13 +46,13 @@ def kept_working(log_url: str, kind: JobKind, tell: Tell) -> Iterator[None]:
         supervisor.join()
 
 
-def _supervise(log_url: str, kind: JobKind, tell: Tell, ended: threading.Event) -> None:
+def _supervise(how: tuple[str, JobKind, Tell, bool], tell: Tell, ended: threading.Event) -> None:
     """Begin workers, one after the other, until the end."""
     pause_s = 0.0
     while not ended.wait(pause_s):
         began_s = time.monotonic()
         # Another start method would copy the locks of the server's threads.
-        worker = multiprocessing.get_context("spawn").Process(target=_work, args=(log_url, kind, tell), name="worker")
+        worker = multiprocessing.get_context("spawn").Process(target=_work, args=how, name="worker")
         worker.start()
         tell(f"worker {worker.pid} begins")
         while worker.is_alive() and not ended.wait(LOOK_EVERY_S):
@@ -65,14 +67,14 @@ def _supervise(log_url: str, kind: JobKind, tell: Tell, ended: threading.Event) 
         tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
 
 
-def _work(log_url: str, kind: JobKind, tell: Tell) -> None:
+def _work(log_url: str, kind: JobKind, tell: Tell, has_free_cores: bool) -> None:
     """Work until the process that began this one says so, or is gone."""
     # It comes to all processes of a terminal, and it is the server that ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     look_seldom()
     try:
-        work(log_url, kind, stays=True, tell=tell)
+        work(log_url, kind, stays=True, tell=tell, has_free_cores=has_free_cores)
     except KeyboardInterrupt:
         return  # its job waits again
     except ServiceError as error:

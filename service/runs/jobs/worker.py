@@ -30,13 +30,14 @@ Tell = Callable[[str], None]
 _LOGGER = logging.getLogger(__name__)
 
 
-def work(log_url: str, kind: JobKind = "run", *, stays: bool, tell: Tell) -> None:
+def work(log_url: str, kind: JobKind = "run", *, stays: bool, tell: Tell, has_free_cores: bool = True) -> None:
     """Process the jobs of a log that are of one kind.
 
     Parameters
     ----------
     stays : wait for more where there are none; else return then.
     tell : gets a line when a job begins and when it ends.
+    has_free_cores : as `process_job` has it.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def work(log_url: str, kind: JobKind = "run", *, stays: bool, tell: Tell) -> Non
             if taken is None:
                 busy.clear()
                 time.sleep(ASKED_EVERY_S)
-            elif not process_job(taken, log_url, tell):
+            elif not process_job(taken, log_url, tell, has_free_cores=has_free_cores):
                 busy.add(taken.job.id)
 
 
@@ -112,7 +113,7 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
 
 def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requested: bool) -> None:
     if summary.status == "finished":
-        _end(taken, "finished", f"run {summary.run}", tell)
+        _end(taken, "finished", "\n".join((f"run {summary.run}: {_result(summary)}", *summary.warnings)), tell)
     elif cancel_requested:
         _end(taken, "cancelled", summary.reason, tell)
     elif summary.status == "interrupted":
@@ -120,6 +121,13 @@ def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requ
         raise KeyboardInterrupt
     else:
         _end(taken, "failed", summary.reason, tell)
+
+
+def _result(summary: "RunSummary") -> str:
+    if summary.was_finished:
+        return "it was finished before"
+    done = summary.progress
+    return f"{done.frames} frames, {done.found}, {done.real_time_factor:.1f}x real time"
 
 
 def _end(taken: TakenJob, state: JobState, message: str, tell: Tell) -> None:
@@ -179,7 +187,8 @@ class _Look:
         self._due_s = 0.0
 
     def note(self, progress: "Progress") -> None:
-        self.text = f"{progress.media_us / 1e6:.0f} s of input, {progress.frames} frames"
+        count = "" if progress.frame_count is None else f" of {progress.frame_count}"
+        self.text = f"{progress.media_us / 1e6:.0f} s of input, {progress.frames}{count} frames, {progress.found}"
 
     def is_wanted(self) -> bool:
         now_s = time.monotonic()

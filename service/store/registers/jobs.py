@@ -13,13 +13,14 @@ from sqlalchemy import ColumnElement, Select, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock
-from service.store.entries import Job, JobKind, JobState
+from service.store.entries import ENDED, Job, JobKind, JobState
 from service.store.log import EventLog
 from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
 
 MOST_ATTEMPTS = 3
 """A run that was begun so many times without an end is not tried again by itself."""
+_ANEW = {"state": "waiting", "attempts": 0, "cancel_requested": False, "message": ""}
 _MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
 
 
@@ -107,9 +108,12 @@ class Jobs:
 
     def retry(self, job_id: str) -> Job:
         """Let a job wait again that failed or was cancelled; raises as `cancel`."""
-        anew = {"state": "waiting", "attempts": 0, "cancel_requested": False, "message": ""}
-        is_right = self.change(job_id, ("failed", "cancelled"), **anew)
+        is_right = self.change(job_id, ("failed", "cancelled"), **_ANEW)
         return self._found(job_id, "one that failed or was cancelled", is_right=is_right)
+
+    def repeat(self, job_id: str) -> None:
+        """Let a job wait again if it has ended; a run that the log has, finished, is only looked for."""
+        self.change(job_id, ENDED, **_ANEW)
 
     def change(self, job_id: str, states: tuple[JobState, ...], **values: object) -> bool:
         """Change a job if it is in one of these states; tell whether it was."""
