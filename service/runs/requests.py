@@ -10,6 +10,9 @@ import msgspec
 
 from service.records.runs import SourceText
 
+HOUR_US = 3_600_000_000
+GIGABYTE = 1_000_000_000
+
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
@@ -72,9 +75,9 @@ class LiveRequest:
     input: str
     run: RunRequest
     recordings: Path
-    longest_us: int
-    age_us: int
-    size_bytes: int
+    longest_us: int = 6 * HOUR_US
+    age_us: int = 24 * HOUR_US
+    size_bytes: int = 50 * GIGABYTE
     is_rows: bool = False
 
 

@@ -6,6 +6,7 @@ from typing import Literal, get_args
 from msgspec import Struct
 
 JobState = Literal["waiting", "running", "finished", "failed", "cancelled"]
+UNDER_WAY: tuple[JobState, ...] = ("waiting", "running")  # in which order jobs are taken
 ENDED: tuple[JobState, ...] = ("finished", "failed", "cancelled")
 JobKind = Literal["run", "live"]
 

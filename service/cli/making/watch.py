@@ -11,9 +11,6 @@ from service.cli import options
 from service.cli.making.jobs import add_jobs, tell_line
 from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
 
-HOUR_US = 3_600_000_000
-GIGABYTE = 1_000_000_000
-
 
 def watch(
     source: Annotated[str, typer.Argument(help="rtsp://..., http://..., a device, a named pipe, or -.")],
@@ -50,7 +47,7 @@ def watch(
     """
     from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
-    from service.runs.requests import LiveRequest, RunRequest
+    from service.runs.requests import GIGABYTE, HOUR_US, LiveRequest, RunRequest
 
     run = RunRequest(
         input=recordings,  # each recording in it, in turn

@@ -18,7 +18,7 @@ from service.runs.jobs.worker import ASKED_EVERY_S, Tell, process_job
 from service.runs.machine import Interrupts, look_seldom
 from service.runs.requests import LiveRequest, RunRequest, read_request
 from service.store.databases.location import database_of, log_files
-from service.store.entries import JobKind, JobState
+from service.store.entries import UNDER_WAY, JobKind
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from service.texts.toml_tables import read_toml
 from vision.errors import VisionError
@@ -26,7 +26,6 @@ from vision.errors import VisionError
 MOST_RETRIES: dict[JobKind, int] = {"run": MOST_ATTEMPTS, "live": -1}
 """How often Ray repeats a task: that of a run once more than it may be begun, since the last one notes in the log that
 it was begun too often; that of a live source, which has no end, always."""
-UNDER_WAY: tuple[JobState, ...] = ("waiting", "running")
 REACHED_WITHIN_S = 5.0
 ENDED_WITHIN_S = 30.0
 """A task ends between two frames; one that takes longer is left to Ray, which kills it."""

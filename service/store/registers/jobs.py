@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Select, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError
 from service.store import schema
 from service.store.databases.database import Database, Lock
-from service.store.entries import ENDED, Job, JobKind, JobState
+from service.store.entries import ENDED, UNDER_WAY, Job, JobKind, JobState
 from service.store.log import EventLog
 from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
@@ -69,7 +69,7 @@ class Jobs:
         ----------
         but : identifiers of jobs that are not to be taken.
         """
-        for state in ("waiting", "running"):
+        for state in UNDER_WAY:
             for job in self.first(state, kind):
                 taken = None if job.id in but else self._begun(job)
                 if taken is not None:
@@ -177,13 +177,13 @@ class TakenJob:
     def begin(self) -> bool:
         """Note that it runs; False if it has ended meanwhile, or is a run that was begun too often without an end."""
         job = self.job = self._jobs.find(self.job.id)
-        if job.state not in ("waiting", "running"):
+        if job.state not in UNDER_WAY:
             return False
         if job.cancel_requested:
             return self._end_without("cancelled", "")
         if job.kind == "run" and job.attempts >= MOST_ATTEMPTS:
             return self._end_without("failed", f"begun {job.attempts} times without an end; {job.message}")
-        return self._jobs.change(job.id, ("waiting", "running"), state="running", attempts=job.attempts + 1)
+        return self._jobs.change(job.id, UNDER_WAY, state="running", attempts=job.attempts + 1)
 
     def tell(self, message: str) -> bool:
         """Note how far it has come; False if it is not wanted any more."""
@@ -206,7 +206,7 @@ class TakenJob:
         self._lock.release()
 
     def _end_without(self, state: JobState, message: str) -> bool:
-        self._jobs.change(self.job.id, ("waiting", "running"), state=state, message=message)
+        self._jobs.change(self.job.id, UNDER_WAY, state=state, message=message)
         return False
 
 

@@ -18,6 +18,7 @@ from service.runs.jobs.worker import work
 from service.runs.live.keeping import left_behind
 from service.runs.live.live_source import LiveSource
 from service.runs.processing import RunRequest, process
+from service.runs.requests import LiveRequest, read_request
 from service.store.entries import Job
 from service.store.log import open_log
 from tests.service.runs.jobs.test_jobs import opened
@@ -196,6 +197,14 @@ def test_other_workers_leave_live_sources_alone(tmp_path: Path) -> None:
     assert queue(str(tmp_path / "pipe.ts"), log, tmp_path) == 0
     work(log, stays=False, tell=lambda _: None)
     assert (only_job(log).state, only_job(log).attempts) == ("waiting", 0)
+
+
+def test_a_camera_over_http_is_kept_as_long_as_one_by_command(tmp_path: Path) -> None:
+    log = str(tmp_path / "live.db")
+    assert queue("rtsp://camera.example/1", log, tmp_path) == 0
+    request = read_request(only_job(log).request, log)
+    assert isinstance(request, LiveRequest)
+    assert request == LiveRequest(request.input, request.run, request.recordings)
 
 
 def test_the_same_source_is_queued_once_and_listed_as_it_was_named(
