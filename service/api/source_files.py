@@ -1,4 +1,4 @@
-"""Which files may a client have processed? Videos that it uploads, and files in folders that the operator allows.
+"""What may a client have processed? Videos that it uploads, files in folders, and cameras, that the operator allows.
 
 What is uploaded has no name until it is whole and was found to be a video. FFmpeg opens playlists and session
 descriptions as videos too, which lead to other files and hosts; only what holds its own pictures is taken.
@@ -11,9 +11,9 @@ import os
 import re
 import tempfile
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from anyio import CapacityLimiter, to_thread
@@ -41,11 +41,15 @@ class SourceFolders:
     uploads : gets what clients upload; None refuses that.
     upload_gb : size of an upload at most.
     allowed : files in these, and in folders of them, may be named by their whole paths.
+    cameras : live sources by name, as `kept_name` has them; no other address is ever called for a client.
+    recordings : has a folder for what each of them sends.
     """
 
     uploads: Path | None = None
     upload_gb: float = 20.0
     allowed: tuple[Path, ...] = ()
+    cameras: Mapping[str, str] = field(default_factory=dict)
+    recordings: Path = Path()
 
     def hold(self) -> None:
         """Be at the folder of uploads until the process ends; who comes there alone removes what others left half."""

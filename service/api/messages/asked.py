@@ -150,7 +150,7 @@ class SourceOrder(BaseModel, extra="forbid"):
 class RunOrder(BaseModel, extra="forbid"):
     """What is to be processed, and how; more is in the options of `dyknow process`."""
 
-    source: Text = Field(description="Its name.")
+    source: Text = Field(description="Its name, or that of a camera.")
     chronicles: list[Text] = Field([], description="Names of chronicle texts of the log; none means the library.")
     detector: str | None = Field(None, pattern=_DETECTOR)
     rate_hz: Annotated[float, Field(gt=0)] | Literal["full"] | None = None

@@ -79,9 +79,10 @@ class LaidOut(Struct, frozen=True):
 
 
 class SourceList(Struct, frozen=True):
-    """The sources of the log, by name."""
+    """The sources of the log, by name, and the names of live ones."""
 
     items: list[Source]
+    cameras: list[str]
 
 
 class JobStatus(Struct, frozen=True):

@@ -1,5 +1,6 @@
 """What is to be processed, and what has become of it? Routes about jobs, and the one that begins a run."""
 
+import dataclasses
 import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing
@@ -15,12 +16,12 @@ from service.api.messages.asked import Paged, RunOrder
 from service.api.messages.bodies import JobList, JobStatus
 from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
-from service.errors import InputError, NotInLogError, QueryError
+from service.errors import InputError, NotInLogError, QueryError, TakenError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.records.runs import SourceText
 from service.records.times import parse_utc_us
-from service.runs.requests import RunRequest, as_text, job_id
-from service.store.entries import Job
+from service.runs.requests import LiveRequest, RunRequest, as_text, job_id
+from service.store.entries import UNDER_WAY, Job
 from service.store.log import EventLog
 from service.store.registers.chronicle_texts import ChronicleTexts
 from service.store.registers.jobs import Jobs
@@ -41,14 +42,19 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
 
     @router.post("/runs", name="runs", status_code=202, responses=accepted | problems(400, 413))
     def begin_run(order: RunOrder) -> Response:
-        """Add a run to the jobs, which a worker processes. The same request is the same job, whenever it comes."""
+        """Add a run, or a camera to watch, to the jobs. The same request is the same job, whenever it comes."""
         wanted = _request(order, log, folders)
         try:
             name = job_id(wanted)
         except OSError as error:
             raise InputError(f"{order.source}: expected its files, got {error.strerror}") from error
         with opened_jobs(log) as jobs:
-            return _accepted(jobs.add(name, as_text(wanted)))
+            if isinstance(wanted, RunRequest):
+                return _accepted(jobs.add(name, as_text(wanted)))
+            watching = (one for state in UNDER_WAY for one in jobs.first(state, "live"))
+            if any(one.input == wanted.input and one.id != name for one in watching):
+                raise TakenError(f"source: expected a camera that no other job watches, got {order.source!r}")
+            return _accepted(jobs.add(name, as_text(wanted), "live"))
 
     @router.get(_JOB, name="job", responses=answers(JobStatus, 404, 422))
     def get_job(job: JobName) -> Response:
@@ -95,16 +101,17 @@ def opened_jobs(log: EventLog) -> AbstractContextManager[Jobs]:
     return closing(Jobs(log.place))
 
 
-def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunRequest:
-    """Make the request for a run, with the files and texts that its names stand for now."""
-    path = folders.path_of(Sources(log).find(order.source))
+def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunRequest | LiveRequest:
+    """Make a request, with the files, addresses and texts that its names stand for now."""
+    address, recordings = folders.cameras.get(order.source), (folders.recordings / order.source).absolute()
+    path = recordings if address else folders.path_of(Sources(log).find(order.source))
     known = {one.name: one.text or "" for one in ChronicleTexts(log).current()}
     for name in order.chronicles:
         if name not in known:
             raise NotInLogError(f"chronicles: expected names of chronicle texts of this log, got {name!r}")
     named = {"site": order.site, "kpl": order.kpl, "linkage": order.linkage}
     files = {what: None if name is None else folders.permitted(name, what) for what, name in named.items()}
-    return RunRequest(
+    run = RunRequest(
         path,
         files["site"],
         log_url="",
@@ -119,6 +126,13 @@ def _request(order: RunOrder, log: EventLog, folders: SourceFolders) -> RunReque
         workers=None,
         chronicle_texts=tuple(SourceText(name, known[name]) for name in order.chronicles),
     )
+    if address is None:
+        return run
+    # A recording says itself when it began, and its run follows the texts of the log as they change.
+    for what, came in (("start_utc", order.start_utc), ("chronicles", order.chronicles)):
+        if came:
+            raise QueryError(f"{what}: expected none with a camera, got {came!r}", parameter=what)
+    return LiveRequest(address, dataclasses.replace(run, again=True, is_live=True), recordings)
 
 
 def _status(job: Job) -> JobStatus:

@@ -48,7 +48,7 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: 
     @router.get("/sources", name="sources", responses=answers(SourceList, 422))
     def list_sources() -> Response:
         """List what can be processed by its name."""
-        return json_answer(SourceList(sources.listed()))
+        return json_answer(SourceList(sources.listed(), sorted(folders.cameras)))
 
     @router.post("/sources", name="sources", status_code=201, responses=created)
     async def name_file(order: SourceOrder) -> Response:

@@ -1,11 +1,12 @@
 """`dyknow serve`: how is an event log asked over HTTP?"""
 
+import re
 import socket
 import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +14,9 @@ from service.cli.making.jobs import LiveSources, tell_line
 from service.cli.options import LogName
 from service.cli.printing import tell
 from service.errors import InputError, LogError, ServiceError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 PORT = 8420
 BACKLOG = 128
@@ -30,6 +34,11 @@ def serve(
     allow_folder: Annotated[
         list[Path] | None, typer.Option(help="Folder whose files clients may have processed; repeat for several.")
     ] = None,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=ADDRESS", help="Live source that clients may have watched; repeat for several."),
+    ] = None,
+    recordings: Annotated[Path | None, typer.Option(help="Folder for what these cameras send.")] = None,
     media: Annotated[
         list[Path] | None,
         typer.Option(metavar="FOLDER", exists=True, file_okay=False, help="Folder whose videos may be sent."),
@@ -66,7 +75,10 @@ def serve(
     access = replace(access, most_at_once=most_at_once)
     if access.needs_token:
         check_tokens(log, host)
-    folders = SourceFolders(uploads, upload_gb, tuple(allow_folder or ()))
+    if camera and recordings is None:
+        raise typer.BadParameter("--camera: expected --recordings to go with it, got none")
+    cameras = named_cameras(camera or ())
+    folders = SourceFolders(uploads, upload_gb, tuple(allow_folder or ()), cameras, recordings or Path())
     app = create_app(log, folders=folders, media_folders=media or (), access=access)
     can_write = database_of(log).can_write()
     declared = load_webhooks(webhooks) if webhooks else []
@@ -88,6 +100,33 @@ def serve(
         if server.started:
             # It ends only when it is interrupted, but the loop does not always pass that on.
             raise KeyboardInterrupt
+
+
+def named_cameras(texts: "Sequence[str]") -> dict[str, str]:
+    """Read which cameras may be watched, by name.
+
+    Raises
+    ------
+    typer.BadParameter
+        If one is not ``NAME=ADDRESS``, or a name comes twice.
+    InputError
+        If an address has a password in it.
+
+    Examples
+    --------
+    >>> named_cameras(["north=rtsp://$NORTH@10.0.0.3/1"])
+    {'north': 'rtsp://$NORTH@10.0.0.3/1'}
+    """
+    from service.api.messages.asked import SOURCE_NAME
+    from service.runs.live.live_source import kept_name, without_password
+
+    cameras: dict[str, str] = {}
+    for text in texts:
+        name, _, address = text.partition("=")
+        if not (re.fullmatch(SOURCE_NAME, name) and address) or name in cameras:
+            raise typer.BadParameter(f"--camera: expected NAME=ADDRESS, each name once, got {without_password(name)!r}")
+        cameras[name] = kept_name(address)
+    return cameras
 
 
 def check_tokens(log: str, host: str) -> None:

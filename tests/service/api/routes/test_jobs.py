@@ -1,5 +1,8 @@
 """Are runs begun over HTTP, and can everything be done with their jobs that commands do?"""
 
+import os
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from importlib import resources
@@ -10,8 +13,9 @@ import pytest
 from service.api.app import create_app
 from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
+from service.cli.app import run as run_cli
 from service.runs.jobs.worker import work
-from service.runs.requests import read_request
+from service.runs.requests import LiveRequest, read_request
 from service.store.databases.location import database_of
 from service.store.entries import Source
 from service.store.log import open_log
@@ -213,6 +217,83 @@ def test_a_wrong_request_is_refused(refused: Client, order: dict[str, object], s
     answer = refused.request("POST", "/api/v1/runs", json={"source": "tracks", **order})
     assert (answer.status_code, detail in answer.json()["detail"]) == (status, True), answer.text
     assert refused.get("/api/v1/jobs").json()["items"] == []
+
+
+@pytest.fixture
+def watched(url: str, brief: Path, tmp_path: Path) -> Iterator[Client]:
+    """Give a client of a server whose operator named two cameras, which are pipes."""
+    cameras = {name: str(tmp_path / name) for name in ("north", "south")}
+    folders = SourceFolders(allowed=(brief.parent,), cameras=cameras, recordings=tmp_path / "recordings")
+    for pipe in cameras.values():
+        os.mkfifo(pipe)
+    with Client(create_app(url, shipped=(), folders=folders)) as opened:
+        yield opened
+
+
+def test_a_camera_is_watched_by_its_name_until_it_is_cancelled(
+    watched: Client, url: str, brief: Path, tmp_path: Path
+) -> None:
+    assert watched.get("/api/v1/sources").json()["cameras"] == ["north", "south"]
+    site = str(brief.parent / "site.toml")
+    job = begin(watched, source="north", site=site)
+    assert (job["kind"], job["state"], job["input"]) == ("live", "waiting", "north")
+    assert begin(watched, source="north", site=site) == job
+    other = watched.request("POST", "/api/v1/runs", json={"source": "north"})
+    assert (other.status_code, other.json()["type"]) == (409, "urn:dyknow:problem:taken")
+    assert begin(watched, source="south")["id"] != job["id"]
+    path = f"/api/v1/jobs/{job['id']}"
+    with closing(Jobs(database_of(url))) as jobs:
+        request = read_request(jobs.find(str(job["id"])).request, url)
+        jobs.cancel(jobs.listed()[1].id)
+    assert isinstance(request, LiveRequest)
+    assert (request.input, request.recordings) == (str(tmp_path / "north"), tmp_path / "recordings" / "north")
+    assert (request.run.site, request.run.is_live, request.run.log_url) == (Path(site), True, url)
+
+    def cancel() -> None:
+        while watched.get(path).json()["message"] != "begun":
+            time.sleep(0.02)
+        assert watched.request("POST", f"{path}/cancel").json()["cancel_requested"]
+
+    canceller = threading.Thread(target=cancel)
+    canceller.start()
+    work(url, "live", stays=False, tell=lambda _: None)
+    canceller.join()
+    assert watched.get(path).json()["state"] == "cancelled"
+    assert begin(watched, source="north")["id"] != job["id"]
+
+
+@pytest.mark.parametrize(
+    "order", [{"start_utc": "2026-05-01T08:00:00Z"}, {"chronicles": ["near"]}, {"site": "/etc/passwd"}]
+)
+def test_what_a_camera_has_no_use_for_is_refused(watched: Client, url: str, order: dict[str, object]) -> None:
+    with open_log(url) as opened:
+        ChronicleTexts(opened).put("near", NEAR, None)
+    answer = watched.request("POST", "/api/v1/runs", json={"source": "north", **order})
+    assert (answer.status_code, answer.json()["errors"][0]["parameter"]) == (422, *order)
+
+
+@pytest.mark.parametrize("source", ["rtsp://127.0.0.1:9/1", "$HOME", "/dev/video0", "-", "east"])
+def test_no_other_live_source_is_opened(watched: Client, source: str) -> None:
+    answer = watched.request("POST", "/api/v1/runs", json={"source": source})
+    assert (answer.status_code, answer.json()["type"]) == (404, "urn:dyknow:problem:not-in-log")
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "said"),
+    [
+        (["--camera", "north=rtsp://10.0.0.3/1"], 2, "--camera: expected --recordings to go with it"),
+        (["--camera", "rtsp://me:secret@10.0.0.3/1", "--recordings", "r"], 2, "expected NAME=ADDRESS, each name once"),
+        (["--camera", "a=rtsp://b/1", "--camera", "a=rtsp://b/2", "--recordings", "r"], 2, "each name once, got 'a'"),
+        (["--camera", "a=rtsp://me:secret@b/1", "--recordings", "r"], 3, "expected who asks from the environment"),
+    ],
+)
+def test_cameras_that_are_named_wrong_are_told(
+    url: str, options: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_cli(["serve", url, "--port", "0", *options]) == code
+    told = " ".join(capsys.readouterr().err.split())
+    assert said in told.replace("│ ", "")
+    assert "secret" not in told
 
 
 def test_a_source_whose_file_is_gone_begins_no_run(client: Client, url: str) -> None:
