@@ -3,11 +3,12 @@
 import os
 import re
 import select
+import threading
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from io import FileIO
 from os.path import expandvars
 from pathlib import Path
-from threading import Event
 from urllib.parse import urlsplit, urlunsplit
 
 import av
@@ -32,7 +33,7 @@ class Pipe(FileIO):
     ended : set it so that whoever reads gets an end.
     """
 
-    def __init__(self, text: str, ended: Event) -> None:
+    def __init__(self, text: str, ended: threading.Event) -> None:
         # To open a pipe waits for its writer otherwise, and nothing ends that.
         super().__init__(
             os.dup(0) if text == "-" else text, opener=lambda path, how: os.open(path, how | os.O_NONBLOCK)
@@ -81,7 +82,7 @@ class LiveSource:
             if path.is_file() or path.is_dir():
                 raise InputError(f"{text}: expected a live source, got a file; dyknow process reads it")
         self.ends = text == "-" or path.is_fifo()
-        self.ended = Event()
+        self.ended = threading.Event()
         self._pipe: Pipe | None = None
 
     def close(self) -> None:
@@ -95,16 +96,12 @@ class LiveSource:
         Raises
         ------
         InputError
-            If nothing answers in time, or what comes is no video that can be recorded.
+            If nothing answers in time, or what comes is no video that can be recorded; if nobody wants it any more.
         """
-        options = {"rtsp_transport": "tcp"} if self._text.startswith("rtsp") else {}
-        device = "v4l2" if Path(self._text).is_char_device() else None
-        limits = None if self.ends else (OPENED_WITHIN_S, SILENT_FOR_S)
         try:
-            name = self.open_pipe() if self.ends else self._text
-            container = av.open(name, "r", format=device, options=options, timeout=limits)
+            container = self._opened()
         except (av.FFmpegError, OSError) as error:
-            raise InputError(f"{self.shown}: expected live video, got {error.strerror or error}") from None
+            raise InputError(f"{self.shown}: expected live video, got {what_came(error)}") from None
         stream = next(iter(container.streams.video), None)
         codec = "no video" if stream is None else stream.codec_context.name
         if stream is None or codec not in CARRIED:
@@ -112,12 +109,48 @@ class LiveSource:
             raise InputError(f"{self.shown}: expected video in one of {', '.join(sorted(CARRIED))}, got {codec}")
         return container, stream
 
+    def _opened(self) -> InputContainer:
+        """Open a pipe here, and anything else on a thread that is left to itself once nobody wants it any more.
+
+        FFmpeg gives up by itself, but asks nobody meanwhile; a thread of a pool would be waited for.
+        """
+        if self.ends:
+            return av.open(self.open_pipe(), "r")
+        options = {"rtsp_transport": "tcp"} if self._text.startswith("rtsp") else {}
+        device = "v4l2" if Path(self._text).is_char_device() else None
+        found = Future[InputContainer]()
+
+        def connect() -> None:
+            try:
+                limits = OPENED_WITHIN_S, SILENT_FOR_S
+                found.set_result(av.open(self._text, "r", format=device, options=options, timeout=limits))
+            except Exception as error:
+                found.set_exception(error)
+
+        threading.Thread(target=connect, daemon=True).start()
+        while not found.done() and not self.ended.is_set():
+            wait([found], LOOKED_EVERY_S)
+        if found.done():
+            return found.result()
+        found.add_done_callback(_close)
+        raise InputError(f"{self.shown}: expected live video, got an end before it came")
+
     def open_pipe(self) -> Pipe:
         """Open a pipe; raises `InputError` if it is none."""
         if not self.ends:
             raise InputError(f"{self.shown}: expected a pipe or - for rows, got another source")
         self._pipe = Pipe(self._text, self.ended)
         return self._pipe
+
+
+def _close(found: "Future[InputContainer]") -> None:
+    if found.exception() is None:
+        found.result().close()
+
+
+def what_came(error: av.FFmpegError | OSError) -> str:
+    """Say what came instead of video."""
+    return "nothing in time" if isinstance(error, av.ExitError) else error.strerror or str(error)
 
 
 def kept_name(text: str) -> str:

@@ -13,7 +13,7 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 
 from service.errors import InputError
-from service.runs.live.live_source import LiveSource
+from service.runs.live.live_source import SILENT_FOR_S, LiveSource, what_came
 from service.runs.live.recording_writer import RecordingWriter, folder_name
 
 FIRST_PAUSE_S, MOST_PAUSE_S = 0.5, 30.0
@@ -92,7 +92,9 @@ class Receiver:
             for packet in _packets(container, stream):
                 if self._source.ended.is_set():
                     return
-                self._arrived_s, now_us = time.monotonic(), _decoded_us(packet)
+                now_s, now_us = time.monotonic(), _decoded_us(packet)
+                if now_s - self._arrived_s < SILENT_FOR_S:  # else it came before, and is given out as patience ends
+                    self._arrived_s = now_s
                 if last_us is not None and not 0 <= now_us - last_us <= JUMP_US:
                     self._start_us, self._why, last_us = self._writer.last_us + 1, "its time stamps jumped", None
                 if packet.is_keyframe and self._is_full():
@@ -109,7 +111,7 @@ class Receiver:
                 last_us = now_us
             self._why = "it ended"
         except (av.FFmpegError, OSError) as error:
-            self._why = f"it was cut ({error.strerror or error})"
+            self._why = f"it was cut ({what_came(error)})"
 
     def _is_full(self) -> bool:
         return self._writer.last_us >= self._longest_us or self._writer.size_bytes >= self._most_bytes
@@ -120,6 +122,8 @@ class Receiver:
             try:
                 found = self._source.open()
             except InputError as error:
+                if self._source.ended.is_set():
+                    break
                 pause_s = min(2 * pause_s, MOST_PAUSE_S)
                 self.tell(f"{error}; called again in {pause_s:g} s")
             else:

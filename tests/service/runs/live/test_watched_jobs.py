@@ -171,6 +171,28 @@ def test_a_pipe_that_falls_silent_can_be_cancelled(sent: bytes, scene: Path, tmp
         assert [one.status for one in opened_log.runs()] == ["finished"]
 
 
+@pytest.mark.parametrize("scheme", ["rtsp", "http"])
+def test_an_address_that_never_answers_can_be_cancelled_before_it_gives_up(tmp_path: Path, scheme: str) -> None:
+    log, called = str(tmp_path / "live.db"), list[socket.socket]()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        assert queue(f"{scheme}://127.0.0.1:{server.getsockname()[1]}/1", log, tmp_path) == 0
+
+        def cancel() -> None:
+            called.append(server.accept()[0])
+            assert called[0].recv(4096)
+            assert run_cli(["jobs", "cancel", log, only_job(log).id]) == 0
+
+        canceller = threading.Thread(target=cancel)
+        canceller.start()
+        work(log, "live", stays=False, tell=lambda _: None)
+        canceller.join()
+        assert only_job(log).state == "cancelled"
+        called[0].setblocking(False)
+        with pytest.raises(BlockingIOError):  # the line is still open: nobody waited for it
+            called[0].recv(4096)
+        called[0].close()
+
+
 def test_a_cancellation_is_kept_where_the_source_gives_up_then(tmp_path: Path) -> None:
     log = str(tmp_path / "live.db")
     os.mkfifo(tmp_path / "pipe.ts")
