@@ -24,6 +24,10 @@ class LogError(ServiceError):
     """An event log that cannot be opened, is not one, or is too new."""
 
 
+class LogBackError(LogError):
+    """An event log that was away while it was written, and answers again."""
+
+
 class NotInLogError(LogError):
     """Something asked for by name that an event log does not hold."""
 

@@ -45,6 +45,7 @@ def watch(
     A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside. Who
     must log in names a variable of the environment: rtsp://$CAMERA@camera.example/1.
     """
+    from service.errors import LogBackError
     from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
     from service.runs.requests import GIGABYTE, HOUR_US, LiveRequest, RunRequest
@@ -81,4 +82,10 @@ def watch(
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:
         told = partial(print_summary, log=log, as_json=False)
-        watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=told)
+        while True:
+            try:
+                watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=told)
+            except LogBackError:
+                tell_line(f"{log}: is back")
+            else:
+                break

@@ -6,12 +6,12 @@ What a program that was killed has left is processed to its end on a third one, 
 import queue
 from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.errors import ServiceError
+from service.errors import LogBackError, LogError, ServiceError
 from service.runs.live.keeping import left_behind, mark_processed, remove_old
 from service.runs.live.live_source import LOOKED_EVERY_S, LiveSource
 from service.runs.live.receiver import Receiver, Tell
@@ -19,7 +19,11 @@ from service.runs.live.row_receiver import RowReceiver
 from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
 from service.runs.requests import LiveRequest
+from service.store.databases.location import database_of, log_files
 from vision.errors import VideoError, VisionError
+
+ASKED_EVERY_S = 5.0
+"""Whether a log answers again; each time that it does, and is away again, leaves a recording."""
 
 _AnyReceiver = Receiver | RowReceiver
 
@@ -51,6 +55,9 @@ def watch(
     ------
     InputError
         If the source does not answer; nothing has been written then.
+    LogBackError
+        If the log was away, while the source was recorded further, and answers again: watch once more, and what was
+        recorded is processed beside.
     ServiceError, VisionError, ChronicleError, DyKnowError
         If a text or the site of the request is wrong, before anything is written; if they do not go with what the
         source sends, after as much of that was recorded as it took to see it.
@@ -83,6 +90,9 @@ def watch(
         try:
             for folder in iter(begun.get, None):
                 process_one(folder, on_progress)
+        except LogError as error:
+            _await_server(request.run.log_url, error, source, tell)
+            raise
         finally:
             source.ended.set()
 
@@ -111,6 +121,24 @@ def watch(
         for task in tasks:
             task.result()
     return interrupts.came is not None
+
+
+def _await_server(log_url: str, error: LogError, source: LiveSource, tell: Tell) -> None:
+    """Wait until a server that is away answers again, and say so by a `LogBackError`; return if nobody waits for it.
+
+    A log in a file is never away, and what comes through a pipe cannot be taken up in its midst.
+    """
+    if source.ends or log_files(log_url):
+        return
+    tell(f"{error}; what comes is recorded")
+    database = database_of(log_url)
+    while not source.ended.wait(ASKED_EVERY_S):
+        with suppress(LogError):
+            database.check_readable()
+            break
+    else:
+        return
+    raise LogBackError(str(error)) from error
 
 
 # Any: whatever the tasks give.

@@ -18,6 +18,9 @@ from service.errors import LogError
 class Lock(Protocol):
     """The right to write one run; released by itself when the process ends."""
 
+    def is_held(self) -> bool:
+        """Tell whether it is still held: a server drops it with a connection."""
+
     def release(self) -> None:
         """Give the right up; a second time changes nothing."""
 

@@ -13,6 +13,7 @@ from typing import Any  # what one value of a query is
 
 from sqlalchemy import Connection, Engine, Select, create_engine, func, select
 from sqlalchemy.engine import URL
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.schema import CreateSchema, DropSchema
 
 from service.errors import LogError, RunBusyError
@@ -26,6 +27,15 @@ class _AdvisoryLock:
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
+
+    def is_held(self) -> bool:
+        """Tell whether the connection still lives."""
+        try:
+            self._connection.scalar(select(1))
+            self._connection.commit()
+        except SQLAlchemyError:  # a connection that was lost once is not opened anew
+            return False
+        return True
 
     def release(self) -> None:
         """Close the connection."""

@@ -33,6 +33,10 @@ class RunLock:
         while self._handle is None:
             self._handle = self._try(log, run_id)
 
+    def is_held(self) -> bool:
+        """Tell that nobody took it: the system does not while the process lives."""
+        return self._handle is not None
+
     def release(self) -> None:
         """Give the right up; a second time changes nothing."""
         if self._handle is not None:

@@ -87,7 +87,7 @@ class Jobs:
 
     def is_left(self, job_id: str) -> bool:
         """Tell whether nobody is at a job."""
-        lock = self._lock(job_id)
+        lock = self.lock(job_id)
         if lock is not None:
             lock.release()
         return lock is not None
@@ -142,7 +142,7 @@ class Jobs:
         return job
 
     def _begun(self, job: Job) -> "TakenJob | None":
-        lock = self._lock(job.id)
+        lock = self.lock(job.id)
         if lock is None:
             return None
         taken = TakenJob(self, job, lock)
@@ -154,7 +154,8 @@ class Jobs:
                 taken.let_go()
         return taken if is_begun else None
 
-    def _lock(self, job_id: str) -> Lock | None:
+    def lock(self, job_id: str) -> Lock | None:
+        """Take the right to be at a job; None if somebody is."""
         try:
             return self._log.place.lock(f"job-{job_id}")
         except RunBusyError:
@@ -186,24 +187,37 @@ class TakenJob:
         return self._jobs.change(job.id, UNDER_WAY, state="running", attempts=job.attempts + 1)
 
     def tell(self, message: str) -> bool:
-        """Note how far it has come; False if it is not wanted any more."""
+        """Note how far it has come; False if it is not wanted any more, or somebody else is at it."""
+        if not self._is_ours():
+            return False
         self._jobs.change(self.job.id, ("running",), message=message)
         return not self._jobs.find(self.job.id).cancel_requested
 
     def end(self, state: JobState, message: str) -> None:
         """Note how it ended, or that it waits again, and let it go; what waits is still to be cancelled if it was."""
         asked = {} if state == "waiting" else {"cancel_requested": False}
-        self._jobs.change(self.job.id, ("running",), state=state, message=message, **asked)
-        self._lock.release()
+        self._note_end(state=state, message=message, **asked)
 
     def give_back(self, message: str) -> None:
         """Let it wait again as if it had not been begun."""
-        self._jobs.change(self.job.id, ("running",), state="waiting", attempts=self.job.attempts, message=message)
-        self._lock.release()
+        self._note_end(state="waiting", attempts=self.job.attempts, message=message)
 
     def let_go(self) -> None:
         """Let others have it, as it stands in the log; a second time changes nothing."""
         self._lock.release()
+
+    def _note_end(self, **values: object) -> None:
+        if self._is_ours():
+            self._jobs.change(self.job.id, ("running",), **values)
+        self._lock.release()
+
+    def _is_ours(self) -> bool:
+        """Tell whether nobody else is at it; a lock that a server dropped, as it was restarted, is taken anew."""
+        if self._lock.is_held():
+            return True
+        again = self._jobs.lock(self.job.id)
+        self._lock = again or self._lock
+        return again is not None
 
     def _end_without(self, state: JobState, message: str) -> bool:
         self._jobs.change(self.job.id, UNDER_WAY, state=state, message=message)

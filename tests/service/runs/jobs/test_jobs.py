@@ -23,6 +23,7 @@ from service.store.log import open_log
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from tests.service.conftest import NewLog, in_a_file
 from tests.service.logs import kept_rows
+from tests.service.store.databases.test_databases import end_all_connections
 
 TAKE_AND_STAY = """
 import signal, sys
@@ -91,6 +92,28 @@ def test_a_job_is_taken_by_one(new_log: NewLog, brief: Path) -> None:
         again.end("finished", "")
         assert taken[1] is not None
         taken[1].end("failed", "")
+
+
+def test_a_lock_that_a_server_dropped_is_taken_anew_or_left_to_who_has_it(postgres: NewLog, brief: Path) -> None:
+    with opened(url := postgres()) as one, opened(url) as other:
+        name = add(one, brief)
+        taken = one.take()
+        assert taken is not None
+        end_all_connections(url)  # as a restart does
+        assert taken.tell("goes on")
+        assert other.take() is None
+        end_all_connections(url)
+        second = other.take()
+        assert second is not None
+        assert not taken.tell("goes on")
+        taken.end("finished", "by the one that lost it")
+        assert (other.find(name).state, other.find(name).attempts, other.find(name).message) == (
+            "running",
+            2,
+            "goes on",
+        )
+        second.end("finished", "")
+        assert other.find(name).state == "finished"
 
 
 def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: NewLog, brief: Path) -> None:

@@ -119,7 +119,7 @@ def test_a_server_that_was_restarted_is_asked_as_before(postgres: NewLog) -> Non
     with Client(create_app(url, shipped=[])) as client, open_log(url, "w") as log:
         assert client.get("/api/v1/events").status_code == 200
         writer = log.begin_run(run("r2"))
-        _end_all_connections(url)
+        end_all_connections(url)
         assert client.get("/api/v1/events").status_code == 200
         # What is written at that moment is not: its run is left as far as it came, and is processed anew.
         writer.append_events([overtake(5)])
@@ -127,7 +127,7 @@ def test_a_server_that_was_restarted_is_asked_as_before(postgres: NewLog) -> Non
         assert len(read_all(url)) == 2
 
 
-def _end_all_connections(url: str) -> None:
+def end_all_connections(url: str) -> None:
     engine = create_engine(url)
     with engine.begin() as connection:
         others = "datname = current_database() AND pid <> pg_backend_pid()"
