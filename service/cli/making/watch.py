@@ -49,6 +49,7 @@ def watch(
     from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
     from service.runs.requests import GIGABYTE, HOUR_US, LiveRequest, RunRequest
+    from service.store.databases.location import shown
 
     run = RunRequest(
         input=recordings,  # each recording in it, in turn
@@ -86,6 +87,6 @@ def watch(
             try:
                 watch_it(request, tell=tell_line, on_progress=on_progress, on_summary=told)
             except LogBackError:
-                tell_line(f"{log}: is back")
+                tell_line(f"log {shown(log)!r} is back")
             else:
                 break

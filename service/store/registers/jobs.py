@@ -216,7 +216,9 @@ class TakenJob:
         if self._lock.is_held():
             return True
         again = self._jobs.lock(self.job.id)
-        self._lock = again or self._lock
+        if again is not None:
+            self._lock.release()
+            self._lock = again
         return again is not None
 
     def _end_without(self, state: JobState, message: str) -> bool:
