@@ -8,14 +8,14 @@ backgrounds from learning them.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.detection.eye import Eye, FixedEye, RoadEye, is_slanting
-from vision.detection.fusion import fuse
+from vision.detection.fusion import Fusion
 from vision.detection.parting.lanes import LaneStrip
 from vision.detection.surfaces.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
@@ -91,6 +91,7 @@ class Camera(Generic[InstantT]):
         self._moves_from_us: int | None = None
         self.settings = settings
         self._tracker = Tracker(settings, self._holds)
+        self._fusion = Fusion(settings.detection)
         self._held: list[_Sight] = []
         self._judged_us: int | None = None
 
@@ -193,8 +194,7 @@ class Camera(Generic[InstantT]):
         channels = [eye.look(picture, expected) for eye, picture in zip(self._eyes, sight.pictures, strict=True)]
         if all(channel.is_between for channel in channels):
             return self._mapped(self._tracker.between_looks(), sight)
-        first, *others = channels
-        found = fuse(first, others[0], self.settings.detection) if others else first.detections
+        found = channels[0].detections if len(channels) == 1 else self._fusion.join(*channels, known=expected.known)
         objects = self._tracker.update(found)
         if any(picture is not None for picture in sight.pictures):
             self._judge(sight.t_us)
@@ -244,7 +244,7 @@ class Camera(Generic[InstantT]):
         return verdicts if len(self._eyes) == 1 else np.where(eye.holds(boxes.centre_m), verdicts, np.int8(0))
 
     def _holds(self, points_m: FloatArray) -> BoolArray:
-        return np.asarray(np.any([eye.holds(points_m) for eye in self._eyes], axis=0))
+        return reduce(np.logical_or, (eye.holds(points_m) for eye in self._eyes))
 
 
 @dataclass(frozen=True, slots=True)

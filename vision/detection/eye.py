@@ -12,7 +12,7 @@ import numpy as np
 
 from vision.background.background import Background
 from vision.detection.detector import Detections, Expected, MotionDetector
-from vision.detection.fusion import Channel, DetectionRate
+from vision.detection.fusion import Channel
 from vision.detection.parting.lanes import LaneField, LaneStrip, borders_of
 from vision.detection.surfaces.ground_surface import GroundSurface
 from vision.detection.surfaces.image_surface import ImageSurface
@@ -102,7 +102,6 @@ class RoadEye(Eye[Frame]):
         self._background = background
         self._detector = MotionDetector(surface, background, settings, lanes)
         self._bias_m = bias_m
-        self._rate = DetectionRate(settings.detection)
         self._image: RoadImage | None = None
         self._foreground: ByteArray | None = None
 
@@ -138,10 +137,8 @@ class RoadEye(Eye[Frame]):
             self._image = image
             detections, self._foreground = self._detector.detect(image, expected)
             if not self._background.is_overwhelmed:
-                is_hit = np.isin(np.arange(len(expected.known)), detections.owner)
-                self._rate.learn(is_hit, self.holds(expected.known.centre_m))
-                return Channel(detections, self.holds, self._rate.value, bias_m=self._bias_m)
-        return Channel(Detections.none(), self.holds, self._rate.value, is_open=False)
+                return Channel(detections, self.holds, bias_m=self._bias_m)
+        return Channel(Detections.none(), self.holds, is_open=False)
 
     def judge(self, boxes: Boxes) -> VerdictArray:
         """Judge by the outlines in picture and background; undecided without a picture."""

@@ -28,7 +28,7 @@ class Channel:
     ----------
     detections : of one frame.
     holds : tells which ground positions, (n, 2), it sees as road.
-    rate : how many of the vehicles in its view it detects, 0 to 1.
+    rate : how many of the vehicles in its view it detects, 0 to 1; only a fusion needs it, and learns it.
     bias_m : how far its boxes lie beside vehicles, the same way for many frames: it counts when a place is weighed
         against that of the other camera, and not as noise, which the tracker would smooth over time.
     is_open : False while it sees nothing at all: no frame, no background yet, another view.
@@ -37,7 +37,7 @@ class Channel:
 
     detections: Detections
     holds: Callable[[FloatArray], BoolArray]
-    rate: float
+    rate: float = 0.0
     is_open: bool = True
     bias_m: float = 0.0
     is_between: bool = False
@@ -66,6 +66,23 @@ class DetectionRate:
         keep = max(0.0, 1.0 - float(is_seen.sum()) / self._settings.rate_memory)
         self._hits = keep * self._hits + float((is_hit & is_seen).sum())
         self._chances = keep * self._chances + float(is_seen.sum())
+
+
+class Fusion:
+    """Joins the detections of two cameras over time, each trusted as far as it has seen the tracks so far."""
+
+    def __init__(self, settings: DetectionSettings) -> None:
+        self._settings = settings
+        self._rates = DetectionRate(settings), DetectionRate(settings)
+
+    def join(self, first: Channel, second: Channel, *, known: Boxes) -> Detections:
+        """Take in one frame, as `fuse` does; `known` are the confirmed tracks, of which owners are rows."""
+        for channel, rate in zip((first, second), self._rates, strict=True):
+            if channel.is_open:
+                is_hit = np.isin(np.arange(len(known)), channel.detections.owner)
+                rate.learn(is_hit, channel.holds(known.centre_m))
+        one, other = (rate.value for rate in self._rates)
+        return fuse(replace(first, rate=one), replace(second, rate=other), self._settings)
 
 
 def fuse(first: Channel, second: Channel, settings: DetectionSettings) -> Detections:

@@ -111,10 +111,10 @@ class BoxEye(Eye[InstantT]):
     def look(self, found: FoundBoxes | None, expected: Expected) -> Channel:
         """Put the boxes on the ground; what the detector misses says nothing of its rate."""
         if found is None:
-            return Channel(Detections.none(), self.holds, 0.0, is_open=False)
+            return Channel(Detections.none(), self.holds, is_open=False)
         self._turn(found.pixel_from_ground)
         if found.boxes is None:
-            return Channel(Detections.none(), self.holds, 0.0, is_between=True)
+            return Channel(Detections.none(), self.holds, is_between=True)
         if isinstance(found.boxes, GroundBoxes):
             detections = ground_detections(found.boxes, expected, self._settings)
         else:
@@ -129,7 +129,7 @@ class BoxEye(Eye[InstantT]):
         # What is too weak to tell of a vehicle may still tell where one is (Zhang et al., ByteTrack, 2022).
         is_known = (distance_to_boxes(detections.boxes.centre_m, expected.known) < 0).any(axis=1)
         is_taken = self._on_road(detections.boxes.centre_m) & (is_known | (detections.weights() > 0))
-        return Channel(detections.select(is_taken), self.holds, 0.0)
+        return Channel(detections.select(is_taken), self.holds)
 
     def _turn(self, pixel_from_ground: FloatArray | None) -> None:
         if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tests.vision.support import make_boxes
 from vision.detection.detector import Detections
-from vision.detection.fusion import Channel, DetectionRate, fuse
+from vision.detection.fusion import Channel, DetectionRate, Fusion, fuse
 from vision.detection.settings import DetectionSettings
 
 SETTINGS = DetectionSettings()
@@ -164,3 +164,15 @@ def test_rate_follows_what_is_detected_of_the_tracks_in_view() -> None:
     assert rate.value == SETTINGS.most_rate
     rate.learn(np.zeros(0, np.bool_), np.zeros(0, np.bool_))
     assert rate.value == SETTINGS.most_rate
+
+
+def test_silence_of_a_camera_that_has_missed_the_tracks_in_its_view_says_little() -> None:
+    known, fusion = make_boxes([(0.0, 0.0, 0.0, 4.5, 1.8)]), Fusion(SETTINGS)
+    seeing, blind = channel(found((0.0, 0.0, 0.0, 4.5, 1.8), owner=[0])), channel(found())
+    stranger = channel(found((30.0, 0.0, 0.0, 4.5, 1.8)))
+    at_first = fusion.join(stranger, blind, known=known).weights()
+    for _ in range(3000):
+        fusion.join(seeing, blind, known=known)
+    assert fusion.join(stranger, blind, known=known).weights() > at_first
+    closed = channel(found(), is_open=False)
+    assert fusion.join(stranger, closed, known=known).weights() == pytest.approx(SETTINGS.lone_trust)
