@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -78,7 +79,7 @@ class Expected:
     Attributes
     ----------
     known : boxes of confirmed tracks with their shadows; they divide blobs.
-    bodies : the same without shadows.
+    bodies : gives the same without shadows; asked only where several share a blob.
     is_sized : which of the known ones have a size that can be relied on.
     tentative : boxes of unconfirmed tracks that move; they lend their direction to the blobs that they meet.
     is_driving : which of the known ones move faster than the heading needs.
@@ -86,7 +87,7 @@ class Expected:
     """
 
     known: Boxes
-    bodies: Boxes
+    bodies: Callable[[], Boxes]
     is_sized: BoolArray
     tentative: Boxes
     is_driving: BoolArray
@@ -96,7 +97,7 @@ class Expected:
     def none(cls) -> Expected:
         """Expect nobody."""
         nobody, falses = Boxes.none(), np.zeros(0, np.bool_)
-        return cls(nobody, nobody, falses, nobody, falses, np.zeros(0))
+        return cls(nobody, Boxes.none, falses, nobody, falses, np.zeros(0))
 
 
 class MotionDetector:
@@ -144,8 +145,12 @@ class MotionDetector:
 
     def _box(self, blobs: Cells, expected: Expected, image: RoadImage) -> Detections:
         side, known = self._raster.grid.side, len(expected.known)
-        seen, bodies = (self._surface.appearances(boxes) for boxes in (expected.known, expected.bodies))
-        ownership = assign_cells(blobs, seen, bodies.boxes, expected.is_sized, side=side, settings=self._settings)
+        seen = self._surface.appearances(expected.known)
+
+        def bodies() -> Boxes:
+            return self._surface.appearances(expected.bodies()).boxes
+
+        ownership = assign_cells(blobs, seen, bodies, expected.is_sized, side=side, settings=self._settings)
         # Owned cells are grouped by owner; of each blob, what is left over and what was never owned stay together.
         others = known + 2 * blobs.group + ownership.is_rest
         cells = blobs.regroup(np.where(ownership.owner >= 0, ownership.owner, others))

@@ -5,6 +5,7 @@ cell goes to the nearest predicted box. The same step joins the fragments of one
 the road. A prediction counts only if it owns enough cells, so that a phantom track cannot halve a real car.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class Ownership:
 def assign_cells(
     cells: Cells,
     predicted: Appearances,
-    bodies: Boxes,
+    bodies: Callable[[], Boxes],
     is_sized: BoolArray,
     *,
     side: float,
@@ -50,7 +51,7 @@ def assign_cells(
     ----------
     cells : foreground cells, one group per blob.
     predicted : where known objects with their shadows must be seen at this frame.
-    bodies : where they must be seen without their shadows.
+    bodies : tells where they must be seen without their shadows; asked only where several share a blob.
     is_sized : (n,) which of them have a size that can be relied on.
     side : of a cell.
     settings : reaches, shares.
@@ -84,13 +85,13 @@ def assign_cells(
     return Ownership(np.where(is_rest, -1, owner), is_rest, is_divided)
 
 
-def _order(cells: Cells, predicted: Appearances, bodies: Boxes, candidates: IntArray) -> FloatArray:
+def _order(cells: Cells, predicted: Appearances, bodies: Callable[[], Boxes], candidates: IntArray) -> FloatArray:
     """Rank the candidates of every cell by distance in metres; infinite where there is none."""
     distance_m = _distance_to_candidates(cells, predicted.boxes, candidates, predicted.metres_per_unit)
-    if (candidates >= 0).sum(axis=1).max() <= 1:
+    if candidates.shape[1] == 1:
         return distance_m
     # A body beats a shadow: a car in the shadow of a truck is nobody else's, however deep it is in there.
-    to_body_m = _distance_to_candidates(cells, bodies, candidates, predicted.metres_per_unit)
+    to_body_m = _distance_to_candidates(cells, bodies(), candidates, predicted.metres_per_unit)
     return np.where(to_body_m < 0, to_body_m, np.maximum(distance_m, 0.0) + SHADOW_ORDER * to_body_m)
 
 

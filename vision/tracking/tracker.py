@@ -71,7 +71,7 @@ class Tracker:
         is_coming = ~tracks.is_confirmed & has_direction
         return Expected(
             known=boxes.select(tracks.is_confirmed),
-            bodies=self._bodies().select(tracks.is_confirmed),
+            bodies=lambda: self._bodies().select(tracks.is_confirmed),
             is_sized=tracks.is_sized()[tracks.is_confirmed],
             tentative=boxes.select(is_coming),
             is_driving=has_direction[tracks.is_confirmed],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import chain, zip_longest
 from typing import Any
 
@@ -39,7 +40,7 @@ SIZE = (200, 40)
 FloatArray = NDArray[np.float64]
 Outcome = Iterator[FloatArray]
 FALSES = np.zeros(0, np.bool_)
-NOTHING = Expected(Boxes.none(), Boxes.none(), FALSES, Boxes.none(), FALSES, np.zeros(0))
+NOTHING = Expected(Boxes.none(), Boxes.none, FALSES, Boxes.none(), FALSES, np.zeros(0))
 
 
 def everywhere(points_m: FloatArray) -> NDArray[np.bool_]:
@@ -90,7 +91,9 @@ def expected(known: Boxes, rng: np.random.Generator, tentative: Boxes | None = N
     thin = Boxes(known.centre_m, known.heading_rad, known.length_m - 0.4, known.width_m - 0.6)
     count = len(known)
     others = Boxes.none() if tentative is None else tentative
-    return Expected(known, thin, rng.random(count) < 0.7, others, rng.random(count) < 0.5, np.zeros(len(others)))
+    return Expected(
+        known, lambda: thin, rng.random(count) < 0.7, others, rng.random(count) < 0.5, np.zeros(len(others))
+    )
 
 
 def seen_from_above(settings: VisionSettings) -> Outcome:
@@ -121,8 +124,8 @@ def divided(settings: VisionSettings) -> Outcome:
         blobs = [cars.select(np.array(rows)) for rows in ([0, 1], [2], [3])]
         known = cars.select(np.array([0, 2]))
         known = Boxes(known.centre_m + rng.normal(0, 0.4, (2, 2)), known.heading_rad, known.length_m, known.width_m)
-        bodies = Boxes(known.centre_m, known.heading_rad, known.length_m, known.width_m - 0.5)
         seen = Appearances(known, np.ones(2))
+        bodies = partial(replace, known, width_m=known.width_m - 0.5)
         found = assign_cells(fill(*blobs), seen, bodies, rng.random(2) < 0.5, side=SIDE, settings=settings.detection)
         yield np.concatenate([found.owner, found.is_rest, found.is_divided]).astype(np.float64)
 

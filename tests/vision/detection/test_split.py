@@ -41,7 +41,7 @@ def fill(*blobs: Boxes) -> Cells:
 def assign(cells: Cells, predicted: Boxes, bodies: Boxes | None = None, *, is_sized: bool = False) -> Ownership:
     seen = Appearances(predicted, np.ones(len(predicted)))
     sized = np.full(len(predicted), is_sized)
-    return assign_cells(cells, seen, bodies or predicted, sized, side=SIDE, settings=DetectionSettings())
+    return assign_cells(cells, seen, lambda: bodies or predicted, sized, side=SIDE, settings=DetectionSettings())
 
 
 @pytest.mark.parametrize("seed", range(6))

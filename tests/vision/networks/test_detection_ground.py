@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 SIZE_PX = (640, 360)
 SETTINGS = VisionSettings()
 FALSES = np.zeros(0, np.bool_)
-NOTHING = Expected(Boxes.none(), Boxes.none(), FALSES, Boxes.none(), FALSES, np.zeros(0))
+NOTHING = Expected(Boxes.none(), Boxes.none, FALSES, Boxes.none(), FALSES, np.zeros(0))
 
 
 def slanted(height_m: float = 40.0, pitch_rad: float = 0.6, focal_px: float = 700.0) -> FloatArray:
@@ -72,7 +72,7 @@ def detect(
 
 def known(vehicles: Boxes) -> Expected:
     is_driving = np.zeros(len(vehicles), np.bool_)
-    return Expected(vehicles, vehicles, ~is_driving, Boxes.none(), is_driving, np.zeros(0))
+    return Expected(vehicles, lambda: vehicles, ~is_driving, Boxes.none(), is_driving, np.zeros(0))
 
 
 @pytest.mark.parametrize("heading_rad", [0.0, np.pi / 2])
