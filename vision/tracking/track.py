@@ -288,6 +288,20 @@ class TrackTable:
         weight = seen_us / np.minimum(self.borders_us[rows], self.settings.size_memory_us)
         self.borders_m[rows] += (borders_m - self.borders_m[rows]) * weight[:, None]
 
+    def is_crowded(self, gap_m: float) -> bool:
+        """Tell whether the bodies of any two tracks may be within a gap of each other, for all that is known of them.
+
+        Parameters
+        ----------
+        gap_m : between the bodies.
+        """
+        east_m, north_m = self.state[:, 0], self.state[:, 1]
+        reach_m = gap_m + np.maximum(self.length_m, self.width_m).max(initial=0.0)
+        reach_m += np.sqrt(2 * (self.covariance[:, 0, 0] + self.covariance[:, 1, 1]).max(initial=0.0))
+        is_near = np.abs(east_m[:, None] - east_m) < reach_m
+        is_near &= np.abs(north_m[:, None] - north_m) < reach_m
+        return bool(np.count_nonzero(is_near) > len(self))
+
     def doubles(self, bodies: Boxes) -> BoolArray:
         """Find tracks that stand inside a longer-lived one: fragments of it.
 

@@ -106,13 +106,13 @@ class Tracker:
         alone = self._settings.gate_sigmas**2 * (2 if (sightings.owner >= 0).any() else 1)
         for rows in (known, np.flatnonzero(~tracks.is_confirmed)):
             free = np.flatnonzero(is_free)
-            taken_by, taken = assign(cost[np.ix_(rows, free)], alone=alone)
+            taken_by, taken = assign(cost[rows[:, None], free], alone=alone)
             if len(taken) > 0:
                 self._correct(rows[taken_by], free[taken], sightings, detections)
             is_free[free[taken]] = False
         # Fast ones that are seen nowhere, though what nobody else claims would be them but for the speed.
         is_fast = tracks.speed_mps() > self._settings.fast_share * self._settings.max_speed_mps
-        self.cut_count += int(is_too_fast[np.ix_(is_fast & ~tracks.is_observed, is_free)].any(axis=1).sum())
+        self.cut_count += int(np.count_nonzero((is_too_fast & is_free).any(axis=1) & is_fast & ~tracks.is_observed))
         tracks.note_rest(self._now_us)
         self._confirm()
         bodies = self._end(self._bodies())
@@ -270,6 +270,9 @@ class Tracker:
         """Find fragments: tracks that stand inside an older one, take turns or ride with it."""
         tracks = self._tracks
         assert self._now_us is not None
+        if not tracks.is_crowded(self._settings.couple_gap_m + self._settings.couple_across_m):
+            tracks.doubled_us = tracks.twin_us = tracks.coupled_us = np.zeros(len(tracks), np.int64)
+            return np.zeros(len(tracks), np.bool_)
         is_double = tracks.doubles(tracks.boxes())
         if is_double.any():
             is_double = tracks.doubles(bodies)
