@@ -205,10 +205,10 @@ class MotionDetector:
         is_whole : (n,) owners whose groups are not parted: they share a blob already, or are one vehicle.
         seen : n boxes on the plane, where the owners must be; the part nearest to its box is kept.
         """
-        if self._lanes is None:
-            return cells
         known = len(is_whole)
         is_group_whole = np.append(is_whole, False)[np.minimum(cells.key, known)]
+        if self._lanes is None or is_group_whole.all():
+            return cells
         part = self._lanes.parts(cells, lambda points: self._background.shaded(image, points), is_group_whole)
         if not part.any():
             return cells
