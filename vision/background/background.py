@@ -324,10 +324,10 @@ class Background:
         is_bright = learned > self._settings.gain_least_level - BLACK_LEVEL
         ratios = seen[is_bright] / learned[is_bright]
         if len(ratios) >= 10:
-            middle = slice((len(ratios) - 1) // 2, len(ratios) // 2 + 1)
-            ratios.partition((middle.start, middle.stop - 1))
+            middle = (len(ratios) - 1) // 2, len(ratios) // 2
+            ratios.partition(middle)
             least = self._settings.least_gain
-            self._gain = min(max(float(ratios[middle].mean()), least), 1 / least)
+            self._gain = min(max(float(ratios.take(middle).mean()), least), 1 / least)
 
     def _in_reference_light(self, planes: ByteArray) -> NDArray[np.float32]:
         present = planes.astype(np.float32)

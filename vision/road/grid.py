@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -33,6 +33,11 @@ class Grid:
     side: float
     shape: tuple[int, int]
     is_north_up: bool
+    _step: FloatArray = field(init=False, repr=False)  # from cell to cell along both axes
+
+    def __post_init__(self) -> None:
+        """Work out the step."""
+        object.__setattr__(self, "_step", np.array([self.side, -self.side if self.is_north_up else self.side]))
 
     @classmethod
     def between(cls, low: FloatArray, high: FloatArray, *, side: float, is_north_up: bool) -> Grid:
@@ -76,7 +81,7 @@ class Grid:
         >>> grid.to_plane(np.array([0.0, 0.0])).tolist()
         [0.25, 1.75]
         """
-        return np.asarray(self.first + cells * self._step())
+        return np.asarray(self.first + cells * self._step)
 
     def to_cells(self, points: FloatArray) -> FloatArray:
         """Convert positions on the plane to cells.
@@ -89,7 +94,7 @@ class Grid:
         -------
         (..., 2) column, row, not rounded.
         """
-        return np.asarray((points - self.first) / self._step())
+        return np.asarray((points - self.first) / self._step)
 
     def look_up(self, values: BoolArray, points: FloatArray) -> BoolArray:
         """Read a raster at positions on the plane.
@@ -103,10 +108,11 @@ class Grid:
         -------
         (n,) the nearest cell's value, False outside the grid.
         """
-        nearest = np.rint(self.to_cells(points))
-        is_inside = np.all((nearest >= 0) & (nearest < np.array(self.shape[::-1])), axis=-1)
-        column, row = np.where(is_inside[:, None], nearest, 0).astype(np.intp).T
-        return np.asarray(is_inside & values[row, column])
+        rows, columns = self.shape
+        column, row = np.rint(self.to_cells(points)).T
+        is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        place = np.where(is_inside, row * columns + column, 0).astype(np.intp)
+        return np.asarray(is_inside & values.take(place))
 
     def centres(self, area: Rectangle) -> FloatArray:
         """List the centres of the cells of a rectangle.
@@ -140,6 +146,3 @@ class Grid:
             corners = np.clip(self.to_cells(polygon), -limit, limit) * 2**POLYGON_BITS
             cv2.fillPoly(cells, [np.rint(corners).astype(np.int32)], (1,), shift=POLYGON_BITS)
         return cells
-
-    def _step(self) -> FloatArray:
-        return np.array([self.side, -self.side if self.is_north_up else self.side])

@@ -38,6 +38,7 @@ class MapSurface:
         self.raster = raster
         self._parallax = parallax
         self._settings = settings
+        self._noise = settings.detection.position_noise_m**2 * np.eye(2)
 
     def holds(self, points_m: FloatArray) -> BoolArray:
         """Tell which ground positions are road in view.
@@ -111,7 +112,7 @@ class MapSurface:
             borders_m = measure_shadows(cells, is_shaded, boxes, side, self._settings.detection)
         return Footprints(
             boxes=self._parallax.footprints(boxes),
-            noise=np.broadcast_to(self._settings.detection.position_noise_m**2 * np.eye(2), (cells.count, 2, 2)),
+            noise=np.broadcast_to(self._noise, (cells.count, 2, 2)),
             cut=cut,
             borders_m=borders_m,
         )
