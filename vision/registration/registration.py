@@ -16,9 +16,8 @@ from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from vision.objects import ByteArray, FloatArray
+from vision.objects import ByteArray, FloatArray, Tensor
 from vision.registration.key_frames import KeyFrame, Landmarks, corners_of, half_size, to_half
 from vision.registration.plane_fit import transform
 from vision.registration.settings import RegistrationSettings
@@ -210,7 +209,7 @@ class Registration:
 
 
 # Around a corner, in full-size pixels.
-SURROUNDINGS_PX = np.stack(np.meshgrid(np.arange(-4, 5, 2), np.arange(-4, 5, 2)), axis=-1).reshape(1, -1, 2)
+SURROUNDINGS_PX = np.stack(np.meshgrid(np.arange(-4, 5, 2), np.arange(-4, 5, 2)), axis=-1).reshape(-1, 2)
 HALF_FROM_FULL = np.array([[0.5, 0.0, -0.25], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])
 
 
@@ -238,25 +237,30 @@ def likenesses(luma: ByteArray, points_px: FloatArray, other: ByteArray, other_p
     -------
     (n,) from -1 to 1.
     """
-    return likeness(patches(luma, points_px), patches(other, other_px))
+    return likeness(patches(luma, surroundings(points_px)), patches(other, surroundings(other_px)))
 
 
-def patches(luma: ByteArray, points_px: FloatArray) -> NDArray[np.float32]:
-    """Cut out what is around full-size positions, (..., 2), of a half-size picture.
+def surroundings(points_px: FloatArray) -> Tensor:
+    """List the places in a half-size picture, (..., 25, 2), that are around full-size positions, (..., 2)."""
+    return (to_half(points_px[..., None, :]) + SURROUNDINGS_PX).astype(np.float32)
+
+
+def patches(luma: ByteArray, places: Tensor) -> Tensor:
+    """Cut out what is at `surroundings`, (..., 25, 2), of a half-size picture.
 
     Returns
     -------
     (..., 25), 5 x 5 pixels, of mean 0 and length 1.
     """
-    places = (to_half(points_px.reshape(-1, 1, 2)) + SURROUNDINGS_PX).astype(np.float32)
-    if len(places) == 0:
-        return np.zeros((*points_px.shape[:-1], SURROUNDINGS_PX.shape[1]), np.float32)
-    seen = np.asarray(cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR), np.float32)
+    if places.size == 0:
+        return np.zeros(places.shape[:-1], np.float32)
+    columns, rows = places.reshape(-1, *SURROUNDINGS_PX.shape).transpose(2, 0, 1)
+    seen = np.asarray(cv2.remap(luma, columns, rows, cv2.INTER_LINEAR), np.float32)
     seen -= seen.mean(axis=1, keepdims=True)
     seen /= np.maximum(np.sqrt(np.einsum("np,np->n", seen, seen)), 1e-3)[:, None]
-    return seen.reshape(*points_px.shape[:-1], -1)
+    return seen.reshape(places.shape[:-1])
 
 
-def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> FloatArray:
+def likeness(one: Tensor, other: Tensor) -> FloatArray:
     """Correlate `patches`, (..., 25) each; from -1 to 1."""
     return np.asarray(np.einsum("...p,...p->...", one, other), np.float64)

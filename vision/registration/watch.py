@@ -13,13 +13,13 @@ import numpy as np
 from vision.objects import BoolArray, ByteArray, FloatArray
 from vision.registration.key_frames import corners_of, half_size
 from vision.registration.plane_fit import transform
-from vision.registration.registration import Registration, likeness, patches
+from vision.registration.registration import Registration, likeness, patches, surroundings
 from vision.registration.settings import RegistrationSettings
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 from vision.video.frame import Frame
 
-SIDES: Final = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+SIDES: Final = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
 def noticed_px(pixel_from_ground: FloatArray, image_size_px: tuple[int, int], settings: VisionSettings) -> float:
@@ -70,6 +70,7 @@ class MovementWatch:
         self._registration = Registration(np.eye(3), image_size_px, settings)
         self._corners_px: FloatArray | None = None
         self._first_patches = np.zeros((0, 0), np.float32)
+        self._places = np.zeros((0, 0, 0, 2), np.float32)
         self._looked_us: int | None = None
         self._moved_looks = 0
         self.present_from_first: FloatArray = np.eye(3)
@@ -91,14 +92,18 @@ class MovementWatch:
             if self._corners_px is None:
                 self._registration.locate(frame, ())
                 self._corners_px = corners_of(luma, (), self._settings)
-                self._first_patches = patches(luma, self._corners_px)
+                # Around the corners, and some pixels away to each side.
+                self._places = surroundings(self._corners_px + self._least_px * SIDES[:, None])
+                self._first_patches = patches(luma, self._places[0])
             self._moved_looks = self._moved_looks + 1 if self._has_moved(self._corners_px, luma, frame) else 0
         return self._moved_looks >= self._settings.watch_looks
 
     def _has_moved(self, corners_px: FloatArray, luma: ByteArray, frame: Frame) -> bool:
         settings, first = self._settings, self._first_patches
-        there = likeness(first, patches(luma, corners_px))
-        if _most(there >= settings.least_likeness) and not self._is_better_beside(corners_px, luma, there):
+        there, *beside = likeness(first, patches(luma, self._places))
+        # Blurred ones look nearly as they did from two pixels away.
+        is_better_beside = any(_most(one > there) for one in beside)
+        if _most(there >= settings.least_likeness) and not is_better_beside:
             return False
         found = self._registration.locate(frame, ())
         if found is None:
@@ -109,19 +114,11 @@ class MovementWatch:
         is_in_view = ((moved_px >= 0) & (moved_px <= self._size_px - 1)).all(axis=1)
         if not is_in_view.any() or np.median(shift_px[is_in_view]) < self._least_px:
             return False
-        moved = likeness(first, patches(luma, moved_px))
+        moved = likeness(first, patches(luma, surroundings(moved_px)))
         says_moved = is_in_view & (moved >= settings.least_likeness) & (moved > there)
         says_stood = (there >= settings.least_likeness) & (there >= moved)
         voters = np.count_nonzero(says_moved) + np.count_nonzero(says_stood)
         return bool(voters >= settings.least_inliers and np.count_nonzero(says_moved) >= settings.moved_share * voters)
-
-    def _is_better_beside(self, corners_px: FloatArray, luma: ByteArray, there: FloatArray) -> bool:
-        """Tell whether most corners look more as they did some pixels away, all on the same side.
-
-        Blurred ones look nearly as they did from two pixels away.
-        """
-        beside = patches(luma, corners_px + self._least_px * SIDES[:, None])
-        return any(_most(one > there) for one in likeness(self._first_patches, beside))
 
 
 def _most(of: BoolArray) -> bool:
