@@ -6,7 +6,7 @@ foreground cells and no Python loop runs over blobs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -31,6 +31,7 @@ class Cells:
     at_edge : (p,) True at the edge of the view.
     starts : (count,) row of the first cell of each group.
     key : (count,) the number by which each group was made.
+    sizes : (count,) number of cells of each group.
     """
 
     points: FloatArray
@@ -39,19 +40,16 @@ class Cells:
     at_edge: BoolArray
     starts: IntArray
     key: IntArray
+    sizes: IntArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Count the cells."""
+        object.__setattr__(self, "sizes", np.bincount(self.group))
 
     @property
     def count(self) -> int:
         """Number of groups."""
         return len(self.starts)
-
-    @property
-    def sizes(self) -> IntArray:
-        """Number of cells of each group."""
-        sizes = np.empty_like(self.starts)
-        np.subtract(self.starts[1:], self.starts[:-1], out=sizes[:-1])
-        np.subtract(len(self.group), self.starts[-1:], out=sizes[-1:])
-        return sizes
 
     def regroup(self, key: IntArray) -> Cells:
         """Sort the cells into other groups.

@@ -71,14 +71,13 @@ def assign_cells(
     chosen = _choose(cells, candidates, distance_m, coverage=coverage, settings=settings)
     nearest_m = np.where(chosen[cells.group], distance_m, np.inf)
     slot = np.argmin(nearest_m, axis=1)
-    is_owned = np.isfinite(np.min(nearest_m, axis=1))
-    owner = np.where(is_owned, candidates[cells.group, slot], -1)
+    least_m = nearest_m.min(axis=1)
+    owner = np.where(np.isfinite(least_m), candidates[cells.group, slot], -1)
     owner = _drop_strangers(cells, owner, predicted, settings.join_slack_m)
-    is_outside: BoolArray = np.min(nearest_m, axis=1) > settings.rest_reach_m
+    is_outside: BoolArray = least_m > settings.rest_reach_m
     is_outside[owner < 0] = False
     is_outside[owner >= 0] &= is_sized[owner[owner >= 0]]
-    cell_m2 = np.append(side * predicted.metres_per_unit, 0.0)[owner] ** 2
-    is_rest = _large_parts(cells, is_outside, cell_m2, settings.part_area_m2)
+    is_rest = _large_parts(cells, is_outside, owner, side * predicted.metres_per_unit, settings.part_area_m2)
     is_divided = np.zeros(len(boxes), np.bool_)
     is_divided[candidates[chosen & (chosen.sum(axis=1) > 1)[:, None]]] = True
     is_divided[owner[is_rest]] = True
@@ -165,10 +164,11 @@ def _owned_cells(cells: Cells, distance_m: FloatArray, reach_m: float) -> FloatA
 
 def _fragment_owner(cells: Cells, chosen: BoolArray, distance_m: FloatArray) -> BoolArray:
     """Give blobs too small to claim a box by themselves to the box that they lie in."""
-    mean = np.add.reduceat(np.minimum(distance_m, 1e3), cells.starts, axis=0) / cells.sizes[:, None]
-    is_fragment = ~chosen.any(axis=1) & (mean.min(axis=1) < 0)
-    result = np.zeros_like(chosen)
-    result[is_fragment, np.argmin(mean, axis=1)[is_fragment]] = True
+    result, inside = np.zeros_like(chosen), ~chosen.any(axis=1)
+    if inside.any():
+        mean = np.add.reduceat(np.minimum(distance_m, 1e3), cells.starts, axis=0) / cells.sizes[:, None]
+        inside &= mean.min(axis=1) < 0
+        result[inside, np.argmin(mean, axis=1)[inside]] = True
     return result
 
 
@@ -189,10 +189,14 @@ def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances, slack
     return result
 
 
-def _large_parts(cells: Cells, is_outside: BoolArray, cell_m2: FloatArray, least_m2: float) -> BoolArray:
+def _large_parts(
+    cells: Cells, is_outside: BoolArray, owner: IntArray, cell_m: FloatArray, least_m2: float
+) -> BoolArray:
     """Keep the cells outside their owner's box where they are enough to be something else, blob by blob.
 
     A car that comes into view touching the shadow of a truck would otherwise be swallowed by it for good.
     """
-    outside_m2 = np.add.reduceat(np.where(is_outside, cell_m2, 0.0), cells.starts)
+    if not is_outside.any():
+        return is_outside
+    outside_m2 = np.add.reduceat(np.where(is_outside, cell_m[owner] ** 2, 0.0), cells.starts)
     return np.asarray(is_outside & (outside_m2 >= least_m2)[cells.group])

@@ -37,4 +37,4 @@ class NoiseLevel:
         """
         balance = np.count_nonzero(squared > MEDIAN_SQUARED) * 2 - len(squared)
         log_factor = self._log_factor + self._settings.noise_rate * seen_us / 1_000_000 * balance
-        self._log_factor = float(np.clip(log_factor, 0.0, np.log(self._settings.most_noise)))
+        self._log_factor = min(max(log_factor, 0.0), float(np.log(self._settings.most_noise)))
