@@ -11,6 +11,8 @@ from anchoring.observations import Cars, LinkChange, Observations
 from dyknow.sample import Sample
 from dyknow.streams.hypotheses import Hypotheses
 
+_NAMES = [one.name for one in fields(Observations)]
+
 
 class TrackedObjects(Protocol):
     """Describe a tracker's objects in one frame: besides these, they have what `Observations` has or needs."""
@@ -104,5 +106,4 @@ class AnchoringUnit:
 
 def _observations(objects: TrackedObjects) -> Observations:
     """Take over what has the same name here and there."""
-    named = (one.name for one in fields(Observations) if hasattr(objects, one.name))
-    return Observations(**{name: getattr(objects, name) for name in named})
+    return Observations(**{name: getattr(objects, name) for name in _NAMES if hasattr(objects, name)})

@@ -403,9 +403,9 @@ class Anchorer:
         bodies = self._bodies
         is_car, is_known = bodies.car_number > 0, frame.t_us - bodies.seen_us <= self.settings.predict_us
         is_known &= (bodies.unseen_us < 0) | (frame.t_us - bodies.unseen_us <= self.settings.predict_us)
+        hidden = (is_car & ~is_known).nonzero()[0]
         # Who would have left the view by now may be linked again, but nobody waits for it.
-        is_expected = self._outline.holds(frame.state[X : Y + 1], slack_m=self.settings.edge_m)
-        hidden = (is_car & ~is_known & is_expected).nonzero()[0].tolist()
+        hidden = hidden[self._outline.holds(frame.state[X : Y + 1, hidden], slack_m=self.settings.edge_m)]
         columns = (is_car & is_known).nonzero()[0]
         columns = columns[np.argsort(bodies.car_number[columns])]
         chains = [bodies.chains[column] for column in columns]
@@ -426,7 +426,7 @@ class Anchorer:
             sigma_m=bodies.sigma_m[columns],
             has_moved=bodies.has_moved[columns],
             confidence=bodies.confidence(columns),
-            hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden},
+            hidden={bodies.chains[column].car_id: int(bodies.unseen_us[column]) for column in hidden.tolist()},
         )
 
     def _fill(self, frame: Frame, cars: Cars) -> tuple[Cars, ...]:
@@ -434,8 +434,9 @@ class Anchorer:
         moments, t_us = self._moments_us, cars.t_us
         while moments and moments[0] < t_us - self.settings.survive_us:
             moments.popleft()
-        moments_us, returned = np.array(moments, dtype=np.int64), np.array(sorted(self._returned), dtype=np.int64)
+        returned = [one for one in sorted(self._returned) if self._bodies.car_number[one] > 0 and frame.is_seen[one]]
+        moments_us = np.array(moments if returned else (), dtype=np.int64)
         if not moments or t_us - moments[-1] >= _MOMENT_US:
             moments.append(t_us)
-        returned = returned[(self._bodies.car_number[returned] > 0) & frame.is_seen[returned]]
-        return tuple(fill(cars, self._bodies, returned, moments_us, roads=self.roads, settings=self.settings))
+        columns = np.array(returned, dtype=np.int64)
+        return tuple(fill(cars, self._bodies, columns, moments_us, roads=self.roads, settings=self.settings))

@@ -143,8 +143,9 @@ class Bodies:
         returned = columns[self.unseen_us[columns] >= 0]
         self.unseen_us[self.unseen_us < 0] = t_us
         self.unseen_us[columns] = -1
-        for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[LOST][..., returned] = array[NOW][..., returned]
+        if len(returned):
+            for array in (self.states, self.states_us, self.roads, self.was_clipped):
+                array[LOST][..., returned] = array[NOW][..., returned]
         self.states[NOW][:, columns] = state
         self.states_us[NOW, columns] = t_us
         self.seen_us[columns] = t_us
@@ -152,8 +153,9 @@ class Bodies:
         self.was_clipped[NOW, columns] = clipped
         self.was_whole[columns] |= ~clipped
         first = columns[self.states_us[START, columns] < 0]
-        for array in (self.states, self.states_us, self.roads, self.was_clipped):
-            array[START][..., first] = array[NOW][..., first]
+        if len(first):
+            for array in (self.states, self.states_us, self.roads, self.was_clipped):
+                array[START][..., first] = array[NOW][..., first]
         # The first speeds of a track are not sure yet.
         young = columns[t_us - self.states_us[START, columns] <= self._settings.settled_us]
         self.states[START, VX : HEADING + 1, young] = self.states[NOW, VX : HEADING + 1, young]

@@ -96,7 +96,7 @@ def measure(bodies: Bodies, frame: Frame, roads: RoadMap, settings: AnchoringSet
         Fluent.SIZE_OK: is_plausible_size(frame.length_m, frame.width_m, settings),
         Fluent.SPEED_OK: bodies.norms.is_plausible_speed(speed_mps, bodies.classes),
         Fluent.NO_JUMP: _no_jump(bodies, frame, settings),
-        **_same_motion(bodies, frame, comparable, settings),
+        **_same_motion(bodies, frame, speed_mps, comparable, settings),
         Fluent.NOT_SWAPPED: ~swapped(bodies, frame, comparable, settings),
         Fluent.SAME_SIZE: _same_size(bodies, frame, settings),
     }
@@ -115,7 +115,7 @@ def _comparable(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> Bo
 def jump_limit_m(sigma_m: FloatArray, unseen_s: FloatArray | float, settings: AnchoringSettings) -> FloatArray:
     """Say how far from where it was expected one may be that is known so well, and was unseen for so long."""
     # From low above the road a pixel may be metres: a place that is known no better may move by as much.
-    unsure_m: FloatArray = settings.jump_sigmas * np.nan_to_num(sigma_m)
+    unsure_m: FloatArray = settings.jump_sigmas * np.fmax(sigma_m, 0.0)
     return settings.jump_m + unsure_m + settings.jump_growth_mps2 * unseen_s**2
 
 
@@ -127,12 +127,12 @@ def _no_jump(bodies: Bodies, frame: Frame, settings: AnchoringSettings) -> BoolA
 
 
 def _same_motion(
-    bodies: Bodies, frame: Frame, comparable: BoolArray, settings: AnchoringSettings
+    bodies: Bodies, frame: Frame, speed_mps: FloatArray, comparable: BoolArray, settings: AnchoringSettings
 ) -> dict[Fluent, BoolArray]:
     """Compare what bodies do now with what they did a moment ago."""
     old = bodies.states[OLD]
     age_s = (frame.t_us - bodies.states_us[OLD]) * 1e-6
-    speed_mps, old_mps = np.hypot(frame.state[VX], frame.state[VY]), np.hypot(old[VX], old[VY])
+    old_mps = np.hypot(old[VX], old[VY])
     # By the course: which end is the front of a vehicle that stood is known only some time after it has moved off.
     along = frame.state[VX] * old[VX] + frame.state[VY] * old[VY]
     turned = along < math.cos(settings.turn_rad) * speed_mps * old_mps
