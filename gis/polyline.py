@@ -241,16 +241,16 @@ class ReferenceLines:
         """
         first, last = self._first[road], self._last[road]
         chain_m = self._chain_m[first] + shapely.line_locate_point(self._lines[road], points)
-        segment = np.clip(np.searchsorted(self._chain_m, chain_m, side="right") - 1, first, last)
+        segment = np.minimum(np.maximum(self._chain_m.searchsorted(chain_m, side="right") - 1, first), last)
         forward_m, across_m, share = self._within(points_m, segment)
         # The nearest segment is ambiguous in the wedge outside a corner; the mitre there tells.
-        after = np.clip(segment + (share > 1.0) - (share < 0.0), first, last)
-        moved = np.flatnonzero(after != segment)
+        after = np.minimum(np.maximum(segment + (share > 1.0) - (share < 0.0), first), last)
+        moved = (after != segment).nonzero()[0]
         if len(moved):
             segment[moved] = after[moved]
             forward_m[moved], across_m[moved], share[moved] = self._within(points_m[moved], segment[moved])
         size_m = self._size_m[segment]
-        along_m = self._chain_m[segment] - self._chain_m[first] + np.clip(share, 0.0, 1.0) * size_m
+        along_m = self._chain_m[segment] - self._chain_m[first] + np.minimum(np.maximum(share, 0.0), 1.0) * size_m
         along_m += np.where(segment == first, np.minimum(forward_m, 0.0), 0.0)
         along_m += np.where(segment == last, np.maximum(forward_m - size_m, 0.0), 0.0)
         return along_m, across_m, self._tangent_rad[segment]
