@@ -197,10 +197,10 @@ class RelationObserver:
             last_us = t_us
         self._last_t_us = last_us
         for relation, (column, count) in self._places.items():
-            places = np.concatenate([getattr(seen.footprints, column) for seen in frames])
-            for row in (places >= count).nonzero()[0].tolist():
-                t_us = [seen.footprints.t_us for seen in frames for _ in seen.footprints.ids][row]
-                raise QsrError(f"index of {relation} at {t_us} us must be below {count}, got {int(places[row])!r}")
+            for shown in (seen.footprints for seen in frames):
+                place = int(getattr(shown, column).max(initial=-1))
+                if place >= count:
+                    raise QsrError(f"index of {relation} at {shown.t_us} us must be below {count}, got {place!r}")
 
     def _rearrange(self, look: Look, came_from: LongArray, quantities: Sequence[Quantity]) -> list[RelationChange]:
         """Take over another set, or another order, of objects."""

@@ -212,11 +212,12 @@ class Dwell:
         if moved.any():
             self._candidate = np.where(moved, states, self._candidate)
             self._since_us = np.where(moved, t_us, self._since_us)
-        settled = (self._candidate != self.current) & (t_us - self._since_us >= self._dwell_us)
-        if measured is not None:
-            settled &= measured
+        settled = self._candidate != self.current
         if not settled.any():
             return []
+        settled &= t_us - self._since_us >= self._dwell_us
+        if measured is not None:
+            settled &= measured
         columns = np.flatnonzero(settled)
         since_us = np.maximum(self._since_us[columns], t_us - self._backdate_us)
         rows = (columns, self.current[columns], self._candidate[columns], since_us)

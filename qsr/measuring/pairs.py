@@ -198,10 +198,11 @@ def facing_pairs(
     As from `facing_within`; along the route between them if they are not on one road.
     """
     travel, half_length_m, reach_m, road = table[TRAVEL], table[HALF_LENGTH], settings.oncoming_leave_m, table[ROAD]
-    # Each frame has roads of its own.
-    roads_before = (np.arange(len(starts) - 1) * (road.max(initial=0.0) + 1.0)).repeat(np.diff(starts))
+    if len(starts) > 2:  # each frame has roads of its own
+        roads_before = (np.arange(len(starts) - 1) * (road.max(initial=0.0) + 1.0)).repeat(np.diff(starts))
+        road = np.where(road < 0, road, road + roads_before)
     pairs, distance_m = facing_within(
-        np.where(road < 0, road, road + roads_before),
+        road,
         table[ALONG],
         travel=np.where(np.abs(travel) > math.sqrt(settings.road_alignment), travel, 0.0),
         half_length_m=half_length_m,
