@@ -201,13 +201,8 @@ def facing_pairs(
     if len(starts) > 2:  # each frame has roads of its own
         roads_before = (np.arange(len(starts) - 1) * (road.max(initial=0.0) + 1.0)).repeat(np.diff(starts))
         road = np.where(road < 0, road, road + roads_before)
-    pairs, distance_m = facing_within(
-        road,
-        table[ALONG],
-        travel=np.where(np.abs(travel) > math.sqrt(settings.road_alignment), travel, 0.0),
-        half_length_m=half_length_m,
-        reach_m=reach_m,
-    )
+    travel = np.where(np.abs(travel) > math.sqrt(settings.road_alignment), travel, 0.0)
+    pairs, distance_m = facing_within(road, table[ALONG], travel=travel, half_length_m=half_length_m, reach_m=reach_m)
     if routes is None:
         return pairs, distance_m
     known = np.flatnonzero(routes.places.lane[:, 0] >= 0)

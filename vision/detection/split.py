@@ -189,14 +189,12 @@ def _drop_strangers(cells: Cells, owner: IntArray, predicted: Appearances, slack
     return result
 
 
-def _large_parts(
-    cells: Cells, is_outside: BoolArray, owner: IntArray, cell_m: FloatArray, least_m2: float
-) -> BoolArray:
+def _large_parts(cells: Cells, outside: BoolArray, owner: IntArray, cell_m: FloatArray, least_m2: float) -> BoolArray:
     """Keep the cells outside their owner's box where they are enough to be something else, blob by blob.
 
     A car that comes into view touching the shadow of a truck would otherwise be swallowed by it for good.
     """
-    if not is_outside.any():
-        return is_outside
-    outside_m2 = np.add.reduceat(np.where(is_outside, cell_m[owner] ** 2, 0.0), cells.starts)
-    return np.asarray(is_outside & (outside_m2 >= least_m2)[cells.group])
+    if not outside.any():
+        return outside
+    outside_m2 = np.add.reduceat(np.where(outside, cell_m[owner] ** 2, 0.0), cells.starts)
+    return np.asarray(outside & (outside_m2 >= least_m2)[cells.group])

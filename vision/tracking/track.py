@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,18 @@ from vision.road.boxes import Boxes, axis, distance_to_boxes
 from vision.tracking.settings import TrackingSettings
 
 IntArray = NDArray[np.int64]
+
+# Columns without rows.
+_NUMBERS = partial(np.zeros, 0)
+_PAIRS, _FOURS, _SQUARES = (partial(np.zeros, (0, *shape)) for shape in ((2,), (4,), (4, 4)))
+
+
+def _counts() -> IntArray:
+    return np.zeros(0, np.int64)
+
+
+def _truths() -> BoolArray:
+    return np.zeros(0, np.bool_)
 
 
 @dataclass(slots=True)
@@ -41,68 +54,34 @@ class TrackTable:
     """
 
     settings: TrackingSettings
-    number: IntArray
-    state: FloatArray
-    covariance: FloatArray
-    heading_rad: FloatArray
-    length_m: FloatArray
-    width_m: FloatArray
-    sized_us: IntArray
-    misfit_us: IntArray
-    odd_m: FloatArray
-    evidence: FloatArray
-    born_us: IntArray
-    seen_us: IntArray
-    born_m: FloatArray
-    seen_m: FloatArray
-    rest_m: FloatArray
-    rest_us: IntArray
-    is_confirmed: BoolArray
-    is_proved: BoolArray
-    is_observed: BoolArray
-    is_clipped: BoolArray
-    doubled_us: IntArray
-    coupled_us: IntArray
-    twin_us: IntArray
-    borders_m: FloatArray
-    borders_us: IntArray
+    number: IntArray = field(default_factory=_counts)
+    state: FloatArray = field(default_factory=_FOURS)
+    covariance: FloatArray = field(default_factory=_SQUARES)
+    heading_rad: FloatArray = field(default_factory=_NUMBERS)
+    length_m: FloatArray = field(default_factory=_NUMBERS)
+    width_m: FloatArray = field(default_factory=_NUMBERS)
+    sized_us: IntArray = field(default_factory=_counts)
+    misfit_us: IntArray = field(default_factory=_counts)
+    odd_m: FloatArray = field(default_factory=_FOURS)
+    evidence: FloatArray = field(default_factory=_NUMBERS)
+    born_us: IntArray = field(default_factory=_counts)
+    seen_us: IntArray = field(default_factory=_counts)
+    born_m: FloatArray = field(default_factory=_PAIRS)
+    seen_m: FloatArray = field(default_factory=_PAIRS)
+    rest_m: FloatArray = field(default_factory=_PAIRS)
+    rest_us: IntArray = field(default_factory=_counts)
+    is_confirmed: BoolArray = field(default_factory=_truths)
+    is_proved: BoolArray = field(default_factory=_truths)
+    is_observed: BoolArray = field(default_factory=_truths)
+    is_clipped: BoolArray = field(default_factory=_truths)
+    doubled_us: IntArray = field(default_factory=_counts)
+    coupled_us: IntArray = field(default_factory=_counts)
+    twin_us: IntArray = field(default_factory=_counts)
+    borders_m: FloatArray = field(default_factory=_FOURS)
+    borders_us: IntArray = field(default_factory=_counts)
 
     def __len__(self) -> int:
         return len(self.number)
-
-    @classmethod
-    def empty(cls, settings: TrackingSettings) -> TrackTable:
-        """Make a table without rows."""
-        count, truth, number = np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0)
-        points = np.zeros((0, 2))
-        return cls(
-            settings=settings,
-            number=count,
-            state=np.zeros((0, 4)),
-            covariance=np.zeros((0, 4, 4)),
-            heading_rad=number,
-            length_m=number,
-            width_m=number,
-            sized_us=count,
-            misfit_us=count,
-            odd_m=np.zeros((0, 4)),
-            evidence=number,
-            born_us=count,
-            seen_us=count,
-            born_m=points,
-            seen_m=points,
-            rest_m=points,
-            rest_us=count,
-            is_confirmed=truth,
-            is_proved=truth,
-            is_observed=truth,
-            is_clipped=truth,
-            doubled_us=count,
-            coupled_us=count,
-            twin_us=count,
-            borders_m=np.zeros((0, 4)),
-            borders_us=count,
-        )
 
     def select(self, which: BoolArray) -> TrackTable:
         """Keep some rows.
@@ -132,7 +111,7 @@ class TrackTable:
         return TrackTable(self.settings, *(np.concatenate(pair) for pair in columns))
 
     def _columns(self) -> list[NDArray[Any]]:
-        return [getattr(self, field.name) for field in fields(self)[1:]]
+        return [getattr(self, column.name) for column in fields(self)[1:]]
 
     def boxes(self) -> Boxes:
         """Box every track at its present position.
@@ -295,12 +274,10 @@ class TrackTable:
         ----------
         gap_m : between the bodies.
         """
-        east_m, north_m = self.state[:, 0], self.state[:, 1]
         reach_m = gap_m + np.maximum(self.length_m, self.width_m).max(initial=0.0)
         reach_m += np.sqrt(2 * (self.covariance[:, 0, 0] + self.covariance[:, 1, 1]).max(initial=0.0))
-        is_near = np.abs(east_m[:, None] - east_m) < reach_m
-        is_near &= np.abs(north_m[:, None] - north_m) < reach_m
-        return bool(np.count_nonzero(is_near) > len(self))
+        apart_m = np.abs(self.state[:, None, :2] - self.state[:, :2]).max(axis=2)
+        return bool(np.count_nonzero(apart_m < reach_m) > len(self))
 
     def doubles(self, bodies: Boxes) -> BoolArray:
         """Find tracks that stand inside a longer-lived one: fragments of it.

@@ -38,7 +38,7 @@ class Tracker:
         self._settings = settings.tracking
         self._detection = settings.detection
         self._is_in_view = is_in_view
-        self._tracks = TrackTable.empty(self._settings)
+        self._tracks = TrackTable(self._settings)
         self._now_us: int | None = None
         self._updated_us: int | None = None
         self._step_us = 0
@@ -170,7 +170,7 @@ class Tracker:
 
     def forget(self) -> None:
         """End all tracks; their names are not used again."""
-        self._tracks = TrackTable.empty(self._settings)
+        self._tracks = TrackTable(self._settings)
 
     def claims(self) -> tuple[Boxes, BoolArray]:
         """Say where objects stand, for the background.
