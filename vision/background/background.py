@@ -205,6 +205,10 @@ class Background:
         is_shade = is_darker & (difference <= self._settings.shade_chroma_levels)
         return np.asarray(np.where(is_shade, 100 * light, 0.0), np.uint8)
 
+    def is_due(self, t_us: int) -> bool:
+        """Tell whether it is time to learn; until then `learn` does nothing."""
+        return self._learned_us is not None and t_us - self._learned_us >= self._settings.period_us
+
     def learn(self, image: RoadImage, foreground: ByteArray, objects: Boxes, is_real: BoolArray) -> None:
         """Bring the background up to date, every `period_us`.
 
@@ -216,9 +220,9 @@ class Background:
         is_real : (n,) which of them are known to be objects and no ghosts; the background is frozen under these.
         """
         assert self._learned_us is not None
-        elapsed_us = image.t_us - self._learned_us
-        if elapsed_us < self._settings.period_us:
+        if not self.is_due(image.t_us):
             return
+        elapsed_us = image.t_us - self._learned_us
         self._learned_us = image.t_us
         is_foreground = foreground > 0
         is_claimed = self._covered(objects.select(is_real), self._raster.grid.side)

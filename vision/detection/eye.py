@@ -153,7 +153,7 @@ class RoadEye(Eye[Frame]):
 
     def learn(self, claims: Boxes, is_real: BoolArray) -> None:
         """Learn the present picture, but not under objects."""
-        if self._image is not None and self._foreground is not None:
+        if self._image is not None and self._foreground is not None and self._background.is_due(self._image.t_us):
             seen = self._surface.appearances(claims).boxes
             self._background.learn(self._image, self._foreground, seen, is_real)
 
