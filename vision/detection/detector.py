@@ -30,7 +30,8 @@ class Detections(Table):
     ----------
     boxes : on the ground; without an owner the heading is that of the long axis, front or rear unknown.
     noise : (n, 2, 2) covariance of the centres of whole, undivided boxes.
-    elongation : (n,) ratio of the spreads along and across; near 1 the heading means nothing.
+    elongation : (n,) ratio of the spreads along and across; near 1 the heading means nothing. Infinite where the
+        heading is that of an owner.
     owner : (n,) row of the predicted box that the cells were given to, -1 for none.
     divided : (n,) True if the blob was shared out between several predicted boxes.
     directed : (n,) True if the heading came from a track, so that the front is known.
@@ -157,9 +158,10 @@ class MotionDetector:
         cells = self._part_by_lanes(cells, ownership.is_divided | self._is_one(expected), image, seen.boxes)
         cells = cells.keep(self._surface.areas_m2(cells) >= self._least_m2(cells, known))
         owner = np.where(cells.key < known, cells.key, -1)
-        heading, elongation = self._headings(cells)
         is_owned = owner >= 0
-        heading[is_owned] = expected.known.heading_rad[owner[is_owned]]
+        heading, elongation = np.append(expected.known.heading_rad, 0.0)[owner], np.full(len(owner), np.inf)
+        if not is_owned.all():
+            heading[~is_owned], elongation[~is_owned] = self._headings(cells.keep(~is_owned))
         lent, lender = _lend(cells, self._surface.appearances(expected.tentative), self._settings.lend_reach_m)
         heading[lent & ~is_owned] = expected.tentative.heading_rad[lender[lent & ~is_owned]]
         sharp = _without_halo(cells, self._settings)
@@ -221,7 +223,7 @@ class MotionDetector:
     def _headings(self, cells: Cells) -> tuple[FloatArray, FloatArray]:
         """Guess directions of groups without a track: along the lane, or else along the group."""
         heading, elongation = self._surface.headings(cells)
-        if self._lanes is None or cells.count == 0:
+        if self._lanes is None:
             return heading, elongation
         along, is_known = self._lanes.headings(cells)
         clear = np.where(is_known, np.maximum(elongation, self._settings.lane_elongation), elongation)
