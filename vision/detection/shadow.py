@@ -71,8 +71,6 @@ class Sun:
         heading_rad, length_m : (n,) of the vehicles.
         """
         is_measured = ~np.isnan(borders_m[:, 0])
-        if not is_measured.any():
-            return
         rows, is_long = np.column_stack([heading_rad, borders_m]), length_m > self._settings.long_vehicle_m
         for kind, is_new in enumerate((is_measured & ~is_long, is_measured & is_long)):
             self._measured[kind] = np.concatenate([self._measured[kind], rows[is_new]])[-self._settings.shadow_memory :]

@@ -188,27 +188,28 @@ class Tracker:
         state, covariance = tracks.state[rows], tracks.covariance[rows]
         (centre_m, room), noise = measured(tracks, sightings, rows, chosen), sightings.noise[chosen]
         squared = kalman.squared_distance(state, covariance, centre_m, noise)
-        is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & ~detections.divided[chosen]
-        is_gauge &= ~room.any(axis=(1, 2))
-        self._noise_level.learn(squared[is_gauge & (detections.cut[chosen] == 0)], self._seen_us)
+        is_cut, is_alone = detections.cut[chosen] != 0, ~detections.divided[chosen]
+        is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & is_alone & ~is_cut
+        self._noise_level.learn(squared[is_gauge & ~room.any(axis=(1, 2))], self._seen_us)
         noise = self._worth() * noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
         corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
         tracks.state[rows] = self._inert(rows, state, corrected)
         tracks.turn_ahead()
-        is_whole = (detections.cut[chosen] == 0) & ~detections.divided[chosen]
+        is_whole, is_growing = is_alone & ~is_cut, is_alone & is_cut & (tracks.sized_us[rows] == 0)
         boxes = detections.boxes.select(chosen[is_whole])
         tracks.learn_size(rows[is_whole], boxes, self._usual_m[0], self._seen_us)
-        is_growing = (detections.cut[chosen] != 0) & ~detections.divided[chosen] & (tracks.sized_us[rows] == 0)
-        parts = detections.boxes.select(chosen[is_growing])
-        tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
+        if is_growing.any():
+            parts = detections.boxes.select(chosen[is_growing])
+            tracks.grow(rows[is_growing], parts.length_m, parts.width_m)
         borders_m = detections.borders_m[chosen[is_whole]]
-        tracks.learn_borders(rows[is_whole], borders_m, self._seen_us)
-        self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
+        if not np.isnan(borders_m[:, 0]).all():  # they are measured now and then
+            tracks.learn_borders(rows[is_whole], borders_m, self._seen_us)
+            self._sun.learn(borders_m, boxes.heading_rad, boxes.length_m)
         tracks.evidence[rows] = np.maximum(tracks.evidence[rows] + detections.weights()[chosen], 0.0)
         tracks.seen_us[rows] = self._now_us
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
-        tracks.is_clipped[rows] = detections.cut[chosen] != 0
+        tracks.is_clipped[rows] = is_cut
 
     def _worth(self) -> float:
         """Give the factor on the noise of a sighting that stands for more time, or less, than it claims."""
