@@ -1,8 +1,8 @@
 """Where was a car while nobody saw it? On the way between the two places, at speeds that fit both ends.
 
 Along their road where both are on one, along the lanes where the map says how they lead there, and else on a smooth
-curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way; over a short
-time they rest on the speeds at both ends, for there noise alone makes a way that a standing car has not driven.
+curve. Speeds are those of cubic Hermite splines, held within what keeps a car from driving back on its way. Over a
+short time they rest on the speeds at both ends: there noise alone makes a way that a standing car has not driven.
 """
 
 import math

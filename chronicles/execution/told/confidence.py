@@ -19,7 +19,7 @@ TIME_SIGMA_US = 60_000
 """Standard deviation of the time of an event that is not sure; the start and end errors of overtakes in
 docs/evaluation.md are as large."""
 OFFSET_NATS, SLOPE = 0.43, 2.52
-"""Of the logistic curve over the log odds of what the parts say; maximum likelihood over 1030 events of seeds 1 to 5."""
+"""Of the logistic curve over the log odds of what the parts say: maximum likelihood, 1030 events of seeds 1 to 5."""
 
 
 def confidence_of(events: Sequence[Event], times_us: Sequence[int], distance_us: Sequence[Sequence[int]]) -> float:
