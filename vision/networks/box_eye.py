@@ -109,7 +109,7 @@ class BoxEye(Eye[InstantT]):
         return is_on_road if self._view is None else is_on_road & self._view.sees(points_m)
 
     def look(self, found: FoundBoxes | None, expected: Expected) -> Channel:
-        """Put the boxes on the ground; what the detector misses says nothing of its rate."""
+        """Put the boxes on the ground."""
         if found is None:
             return Channel(Detections.none(), self.holds, is_open=False)
         self._turn(found.pixel_from_ground)

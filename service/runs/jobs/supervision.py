@@ -10,8 +10,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 from service.errors import ServiceError
 from service.runs.jobs.worker import Tell, work
@@ -36,8 +37,8 @@ def kept_working(log_url: str, kind: JobKind, tell: Tell, *, has_free_cores: boo
     has_free_cores : False where the other cores have workers of their own.
     """
     ended = threading.Event()
-    how = (log_url, kind, tell, has_free_cores)
-    supervisor = threading.Thread(target=_supervise, args=(how, tell, ended), daemon=True)
+    work_once = partial(_work, log_url, kind, tell, has_free_cores=has_free_cores)
+    supervisor = threading.Thread(target=_supervise, args=(work_once, tell, ended), daemon=True)
     supervisor.start()
     try:
         yield
@@ -46,13 +47,13 @@ def kept_working(log_url: str, kind: JobKind, tell: Tell, *, has_free_cores: boo
         supervisor.join()
 
 
-def _supervise(how: tuple[str, JobKind, Tell, bool], tell: Tell, ended: threading.Event) -> None:
+def _supervise(work_once: Callable[[], None], tell: Tell, ended: threading.Event) -> None:
     """Begin workers, one after the other, until the end."""
     pause_s = 0.0
     while not ended.wait(pause_s):
         began_s = time.monotonic()
         # Another start method would copy the locks of the server's threads.
-        worker = multiprocessing.get_context("spawn").Process(target=_work, args=how, name="worker")
+        worker = multiprocessing.get_context("spawn").Process(target=work_once, name="worker")
         worker.start()
         tell(f"worker {worker.pid} begins")
         while worker.is_alive() and not ended.wait(LOOK_EVERY_S):
@@ -67,7 +68,7 @@ def _supervise(how: tuple[str, JobKind, Tell, bool], tell: Tell, ended: threadin
         tell(f"worker {worker.pid} ended with {worker.exitcode}; another begins in {pause_s:.0f} s")
 
 
-def _work(log_url: str, kind: JobKind, tell: Tell, has_free_cores: bool) -> None:
+def _work(log_url: str, kind: JobKind, tell: Tell, *, has_free_cores: bool) -> None:
     """Work until the process that began this one says so, or is gone."""
     # It comes to all processes of a terminal, and it is the server that ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -24,17 +24,10 @@ from tests.service.runs.live.test_watching import (
     recorded_bytes,
     recordings,
     reprocessed,
-    sent_at,
     until,
 )
 
 AWAY = "; what comes is recorded"
-
-
-@pytest.fixture(scope="module")
-def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a camera sends of the first seconds of the demo's scene."""
-    return sent_at(0, scene, tmp_path_factory.mktemp("sent"))
 
 
 class Gate:

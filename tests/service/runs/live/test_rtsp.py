@@ -19,19 +19,12 @@ from tests.service.runs.live.test_watching import (
     recorded_bytes,
     recordings,
     reprocessed,
-    sent_at,
     until,
     watching,
 )
 from vision.video.recording import parts_so_far
 
 LOGIN = "me:secret"
-
-
-@pytest.fixture(scope="module")
-def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a camera sends of the first seconds of the demo's scene."""
-    return sent_at(0, scene, tmp_path_factory.mktemp("sent"))
 
 
 @pytest.mark.slow

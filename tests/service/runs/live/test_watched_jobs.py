@@ -29,17 +29,10 @@ from tests.service.runs.live.test_watching import (
     recorded_bytes,
     recordings,
     reprocessed,
-    sent_at,
     until,
 )
 
 WORK_LIVE = [sys.executable, "-c", "from service.cli.app import main; main()", "worker", "--live", "1"]
-
-
-@pytest.fixture(scope="module")
-def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a camera sends of the first seconds of the demo's scene."""
-    return sent_at(0, scene, tmp_path_factory.mktemp("sent"))
 
 
 @contextmanager

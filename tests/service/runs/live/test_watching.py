@@ -39,12 +39,6 @@ SENT_S = 6  # one overtake is over by then
 PIECE = 188 * 20  # packets of MPEG-TS
 
 
-@pytest.fixture(scope="module")
-def sent(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """What a camera sends of the first seconds of the demo's scene: its packets, in MPEG-TS."""
-    return sent_at(0, scene, tmp_path_factory.mktemp("sent"))
-
-
 def sent_at(clock_s: int, scene: Path, folder: Path) -> bytes:
     """The same by a camera whose clock says so at the first picture."""
     file = folder / "sent.ts"
