@@ -17,7 +17,7 @@ import msgspec
 
 from service.export.ocel import ocel
 from service.export.parquet import parquet
-from service.questions.events.queries import EventFilter, decode_event, find_role_names, iterate_pages
+from service.questions.events.queries import EventFilter, decode_events, find_role_names, iterate_pages
 from service.records.events import EventRecord
 from service.records.times import format_media
 from service.store.log import EventLog
@@ -39,35 +39,35 @@ _OF_PLACE = attrgetter("road", "x_m", "y_m")
 _NOWHERE = (None, None, None)
 
 
-class _Line(EventRecord, frozen=True, kw_only=True):
+class _Line(EventRecord, frozen=True, kw_only=True, gc=False):
     """An event whose lists stay JSON."""
 
     hypotheses: msgspec.Raw  # type: ignore[assignment]  # in place of what they are read into
     sub_events: msgspec.Raw  # type: ignore[assignment]
 
 
-def events_jsonl(pages: Iterable[Iterable[str]]) -> Iterator[str]:
-    """Write events, given as JSON text, one a line, a page at once."""
-    return ("".join(f"{text}\n" for text in page) for page in pages)
+def events_jsonl(pages: Iterable[str]) -> Iterator[str]:
+    """Write events, given as lines of JSON, a page at once."""
+    return (f"{lines}\n" for lines in pages)
 
 
-def events_csv(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[str]:
-    """Write events, given as JSON text, as CSV, first the titles and then a page at once.
+def events_csv(pages: Iterable[str], role_names: Sequence[str]) -> Iterator[str]:
+    """Write events, given as lines of JSON, as CSV, first the titles and then a page at once.
 
     Parameters
     ----------
     role_names : the roles that get a column; a role that an event lacks stays empty.
     """
     titles = (*COLUMNS, *(ROLE_PREFIX + name for name in role_names))
-    for rows in chain([[titles]], (_rows(page, role_names) for page in pages)):
+    for rows in chain([[titles]], (_rows(lines, role_names) for lines in pages)):
         out = io.StringIO(newline="")
         csv.writer(out, lineterminator="\n").writerows(rows)
         yield out.getvalue()
 
 
-def _rows(texts: Iterable[str], role_names: Sequence[str]) -> Iterator[tuple[object, ...]]:
+def _rows(lines: str, role_names: Sequence[str]) -> Iterator[tuple[object, ...]]:
     """Give the values of each event in the columns of a table."""
-    for event in map(msgspec.json.Decoder(_Line).decode, texts):
+    for event in msgspec.json.Decoder(_Line).decode_lines(lines):
         place = _OF_PLACE(event.place) if event.place else _NOWHERE
         lists = (bytes(event.hypotheses).decode(), bytes(event.sub_events).decode())
         roles = map(event.roles.get, role_names)
@@ -106,17 +106,17 @@ def exported(log: EventLog, wanted: EventFilter, form: ExportFormat) -> Iterator
             return ocel(pages, lambda run: {one.car: one.car_class for one in log.cars(run)})
 
 
-def _parquet(pages: Iterable[Iterable[str]], role_names: Sequence[str]) -> Iterator[bytes]:
+def _parquet(pages: Iterable[str], role_names: Sequence[str]) -> Iterator[bytes]:
     kinds = dict.fromkeys(COLUMNS, "string") | dict.fromkeys(_INTEGERS, "int64") | dict.fromkeys(_NUMBERS, "float64")
     roles = [(ROLE_PREFIX + name, "string") for name in role_names]
-    return parquet([*kinds.items(), *roles], _rows(chain.from_iterable(pages), role_names))
+    return parquet([*kinds.items(), *roles], chain.from_iterable(_rows(lines, role_names) for lines in pages))
 
 
-def _vtt(pages: Iterable[Iterable[str]], first_pts_us: Mapping[str, int]) -> Iterator[str]:
+def _vtt(pages: Iterable[str], first_pts_us: Mapping[str, int]) -> Iterator[str]:
     """Write cues in the times of the video, for which a run says where its media time begins."""
     yield "WEBVTT\n"
-    for page in pages:
-        yield "".join(_cue(event, first_pts_us.get(event.run, 0)) for event in map(decode_event, page))
+    for lines in pages:
+        yield "".join(_cue(event, first_pts_us.get(event.run, 0)) for event in decode_events(lines))
 
 
 def _cue(event: EventRecord, zero_us: int) -> str:

@@ -14,9 +14,10 @@ from msgspec.structs import asdict
 from gis.frames import LocalFrame
 from service.errors import ExportError
 from service.export.json_items import Json, as_json, json_items
-from service.questions.events.queries import decode_event
+from service.questions.events.queries import decode_events
 from service.questions.observations.car_tracks import CarColumns
 from service.questions.observations.run_sites import RunSite
+from service.records.events import EventRecord
 from service.records.runs import RunRecord
 
 _DECIMALS = 8  # a millimetre
@@ -65,21 +66,20 @@ def car_features(columns: CarColumns, frame: LocalFrame) -> bytes:
     return msgspec.json.encode({"type": "FeatureCollection", "features": features})
 
 
-def event_features(pages: Iterable[Iterable[str]], frames: Mapping[str, LocalFrame | None]) -> Iterator[str]:
-    """Write each event, given as JSON text, as a point where it began; without a place on Earth it has no geometry.
+def event_features(pages: Iterable[str], frames: Mapping[str, LocalFrame | None]) -> Iterator[str]:
+    """Write each event, given as lines of JSON, as a point where it began; without a place on Earth it has no geometry.
 
     Parameters
     ----------
     frames : by run.
     """
 
-    def feature(text: str) -> Json:
-        event = decode_event(text)
+    def feature(event: EventRecord) -> Json:
         points_m = [(event.place.x_m, event.place.y_m)] if event.place else []
         return _feature(frames.get(event.run), "Point", points_m, msgspec.to_builtins(event))
 
     yield '{"type":"FeatureCollection","features":['
-    yield from json_items(as_json(feature(text)) for page in pages for text in page)
+    yield from json_items(as_json(feature(event)) for lines in pages for event in decode_events(lines))
     yield "\n]}\n"
 
 

@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 
 from service.export.json_items import Json, as_json, json_items
-from service.questions.events.queries import decode_event
+from service.questions.events.queries import decode_events
+from service.records.events import EventRecord
 
 _ATTRIBUTES = {"end": "time", "source": "string", "status": "string", "confidence": "float"}
 
 
-def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str, str]]) -> Iterator[str]:
-    """Write events, given as JSON text, as such a log.
+def ocel(pages: Iterable[str], classes_of: Callable[[str], Mapping[str, str]]) -> Iterator[str]:
+    """Write events, given as lines of JSON, as such a log.
 
     Parameters
     ----------
@@ -23,8 +24,7 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
     """
     types, objects, classes = set[str](), dict[str, str](), cache(classes_of)
 
-    def made(text: str) -> Json:
-        event = decode_event(text)
+    def made(event: EventRecord) -> Json:
         types.add(event.type)
         names = {role: f"{event.run}/{actor}" for role, actor in event.roles.items()}
         for role, actor in event.roles.items():
@@ -38,7 +38,7 @@ def ocel(pages: Iterable[Iterable[str]], classes_of: Callable[[str], Mapping[str
         }
 
     yield '{"events":['
-    yield from json_items(as_json(made(text)) for page in pages for text in page)
+    yield from json_items(as_json(made(event)) for lines in pages for event in decode_events(lines))
     attributes = [{"name": name, "type": kind} for name, kind in _ATTRIBUTES.items()]
     rest = {
         "objects": [{"id": one, "type": kind, "attributes": [], "relationships": []} for one, kind in objects.items()],

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from service.export.json_items import Json, as_json, json_items
-from service.questions.events.queries import EventFilter, decode_event, find_last_seq, iterate_pages
+from service.questions.events.queries import EventFilter, decode_events, find_last_seq, iterate_pages
 from service.questions.observations.relation_intervals import watched_intervals
 from service.records.events import EventRecord
 from service.records.runs import RunRecord
@@ -49,7 +49,7 @@ def _written(log: EventLog, run: RunRecord, wanted: EventFilter) -> Iterator[str
     told = {one.car for one in cars if one.first_us < to_us and one.last_us >= from_us}
 
     def events() -> Iterator[EventRecord]:
-        return map(decode_event, chain.from_iterable(iterate_pages(log, wanted)))
+        return chain.from_iterable(map(decode_events, iterate_pages(log, wanted)))
 
     def agent(name: str) -> Json:
         told.add(name)

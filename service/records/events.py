@@ -11,21 +11,21 @@ from service.records.times import format_utc
 EventStatus = Literal["recognised", "tentative", "confirmed", "retracted", "doubtful"]
 
 
-class ChronicleRef(Struct, frozen=True):
+class ChronicleRef(Struct, frozen=True, gc=False):
     """The chronicle behind an event: its name and the digest of its text."""
 
     name: str
     version: str
 
 
-class SubEvent(Struct, frozen=True):
+class SubEvent(Struct, frozen=True, gc=False):
     """One labelled part of an occurrence, and when it happened."""
 
     label: str
     t_us: int
 
 
-class Place(Struct, frozen=True):
+class Place(Struct, frozen=True, gc=False):
     """Where an event began: road (empty when off every road) and ground position."""
 
     road: str
@@ -61,8 +61,10 @@ class EventDraft(Struct, frozen=True, kw_only=True):
     revises: str | None = None
 
 
-class EventRecord(Struct, frozen=True, kw_only=True):
+class EventRecord(Struct, frozen=True, kw_only=True, gc=False):
     """An event of the log: the JSON object of HTTP and of each line of JSONL.
+
+    It has no way to hold itself, so the collector of garbage need not look at the thousands that are read at once.
 
     Attributes
     ----------

@@ -112,13 +112,13 @@ def _made(log: EventLog, coverage: Coverage, query: str) -> _Page:
     if asked.count == "exact":
         told["count"] = count_events(log, wanted)
     # What is told of an older state does not change.
-    if not page.items and asked.cursor is None and wanted.as_of is None:
+    if not page.lines and asked.cursor is None and wanted.as_of is None:
         if isinstance(log, HastyLog):
             raise LogError(f"log {log.place.name!r}: expected an answer at once, got notes, which read much of it")
         notes = (*name_notes([log], wanted), *run_notes([log], wanted))
         told |= {"notes": notes} if notes else {}
     beside = {"next_cursor": page.next_cursor, "as_of_seq": page.as_of_seq, **told}
-    body = b'{"items":[%b],%b' % (",".join(page.items).encode(), msgspec.json.encode(beside)[1:])
+    body = b'{"items":[%b],%b' % (page.lines.replace("\n", ",").encode(), msgspec.json.encode(beside)[1:])
     # To be kept, and asked for each time.
     headers = {"ETag": f'W/"{sha1(body, usedforsecurity=False).hexdigest()}"', "Cache-Control": "private, no-cache"}
     return _Page(body, headers | link_to_next(_PATH, pairs, page.next_cursor))

@@ -116,7 +116,7 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
         found = _merged(logs, wanted, limit=shown + 1 if output == "table" else limit)
         first = next(found, None)
         texts = found if first is None else chain((first,), found)
-        pages = iter(lambda: list(islice(texts, AT_ONCE)), [])
+        pages = iter(lambda: "\n".join(islice(texts, AT_ONCE)), "")
         runs_told = tuple(run_notes(logs, wanted))
         if output == "table":
             _print_table(texts, shown)

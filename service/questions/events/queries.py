@@ -92,14 +92,19 @@ class EventPage(Struct, frozen=True):
 
     Attributes
     ----------
-    items : events as JSON text, each as it was stored; `decode_event` reads one.
+    lines : events as JSON text, each as it was stored, one a line; `decode_events` reads them.
     next_cursor : where the next page begins; None on the last page.
     as_of_seq : the newest sequence number of the log when the page was read, or the one that was asked for.
     """
 
-    items: tuple[str, ...]
+    lines: str
     next_cursor: str | None
     as_of_seq: int
+
+    @property
+    def items(self) -> tuple[str, ...]:
+        """The events, one by one."""
+        return tuple(_split(self.lines))
 
 
 def find_events(
@@ -126,9 +131,11 @@ def find_events(
     after = decode_cursor(cursor, wanted) if cursor is not None else None
     with log.connect() as connection:
         as_of_seq = as_of(connection, wanted)
-        items = _read_page(connection, plan_of(connection, wanted), limit=limit + 1, after=after)
-    next_cursor = encode_cursor(_key(items[limit - 1]), wanted) if len(items) > limit else None
-    return EventPage(tuple(items[:limit]), next_cursor, as_of_seq)
+        lines = _read_page(connection, plan_of(connection, wanted), limit=limit + 1, after=after)
+    if lines.count("\n") < limit:
+        return EventPage(lines, None, as_of_seq)
+    lines = lines[: lines.rindex("\n")]
+    return EventPage(lines, encode_cursor(_last_key(lines), wanted), as_of_seq)
 
 
 def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = None) -> Iterator[str]:
@@ -143,8 +150,8 @@ def iterate_events(log: EventLog, wanted: EventFilter, *, limit: int | None = No
     return _iterate(log, wanted, limit)
 
 
-def iterate_pages(log: EventLog, wanted: EventFilter) -> Iterator[tuple[str, ...]]:
-    """Stream all events of a filter as JSON text, some at once; between two of these nothing is held of the log.
+def iterate_pages(log: EventLog, wanted: EventFilter) -> Iterator[str]:
+    """Stream all events of a filter as lines of JSON, some at once; between two of these nothing is held of the log.
 
     So who takes them may be as slow as can be. They are those of one state of the log; of a run that is repeated
     meanwhile the rest is missing.
@@ -156,15 +163,16 @@ def iterate_pages(log: EventLog, wanted: EventFilter) -> Iterator[tuple[str, ...
     """
     first = find_events(log, wanted, limit=MAX_LIMIT)
 
-    def pages() -> Iterator[tuple[str, ...]]:
+    def pages() -> Iterator[str]:
         page, then = first, replace(wanted, as_of=first.as_of_seq)
         # The cursor of the first page is of another filter: the key alone is the same.
-        cursor = encode_cursor(_key(page.items[-1]), then) if page.next_cursor else None
-        yield page.items
-        while cursor is not None:
+        cursor = encode_cursor(_last_key(page.lines), then) if page.next_cursor else None
+        while page.lines:
+            yield page.lines
+            if cursor is None:
+                return
             page = find_events(log, then, limit=MAX_LIMIT, cursor=cursor)
             cursor = page.next_cursor
-            yield page.items
 
     return pages()
 
@@ -233,6 +241,11 @@ def decode_event(text: str) -> EventRecord:
     return msgspec.json.decode(text, type=EventRecord)
 
 
+def decode_events(lines: str) -> list[EventRecord]:
+    """Read events as JSON text, one a line."""
+    return msgspec.json.Decoder(EventRecord).decode_lines(lines)
+
+
 def check_filter(wanted: EventFilter) -> None:
     """Refuse a filter that cannot be answered; raises `QueryError` or `FilterError`."""
     if len(wanted.roles) > MAX_ROLES:
@@ -257,11 +270,12 @@ def _iterate(log: EventLog, wanted: EventFilter, limit: int | None) -> Iterator[
         plan = plan_of(connection, wanted)
         while left is None or left > 0:
             size = MAX_LIMIT if left is None else min(MAX_LIMIT, left)
-            items = _read_page(connection, plan, limit=size, after=after)
+            lines = _read_page(connection, plan, limit=size, after=after)
+            items = _split(lines)
             yield from items
             if len(items) < size:
                 return
-            after = _key(items[-1])
+            after = _last_key(lines)
             left = None if left is None else left - size
 
 
@@ -402,8 +416,8 @@ def _interval(*, is_utc: bool) -> tuple[str, str]:
     return ("start_utc_us", "start_utc_us + (end_us - start_us)") if is_utc else ("start_us", "end_us")
 
 
-def _read_page(connection: Connection, plan: Plan, *, limit: int, after: tuple[int, int] | None) -> list[str]:
-    """Read the next events after a key, in the order of the plan."""
+def _read_page(connection: Connection, plan: Plan, *, limit: int, after: tuple[int, int] | None) -> str:
+    """Read the next events after a key, in the order of the plan, one a line."""
     of_one_type = one_of("type", plan.types) if len(plan.types) == 1 else []
     text, values = all_of([*of_one_type, *key_range(plan, after), *plan.conditions])
     order = "start_us DESC, seq DESC" if plan.is_descending else "start_us, seq"
@@ -416,8 +430,7 @@ def _read_page(connection: Connection, plan: Plan, *, limit: int, after: tuple[i
     # One row, since the driver gives up the interpreter lock at each. JSON has no line ends but between its parts.
     joined = _JOINED[connection.dialect.name]
     lines = f"SELECT {joined} FROM ({page} ORDER BY {order} LIMIT {limit}) AS page"
-    bodies: str | None = value_of(connection, lines, *values)
-    return bodies.split("\n") if bodies else []
+    return value_of(connection, lines, *values) or ""
 
 
 def key_range(plan: Plan, after: tuple[int, int] | None) -> Iterator[Sql]:
@@ -469,6 +482,10 @@ class _Key(Struct):
     seq: int
 
 
-def _key(text: str) -> tuple[int, int]:
-    key = msgspec.json.decode(text, type=_Key)
+def _last_key(lines: str) -> tuple[int, int]:
+    key = msgspec.json.decode(lines[lines.rfind("\n") + 1 :], type=_Key)
     return key.start_us, key.seq
+
+
+def _split(lines: str) -> list[str]:
+    return lines.split("\n") if lines else []
