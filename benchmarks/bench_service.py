@@ -2,7 +2,7 @@
 
 Prints floors and ratios: rows inserted a second, a deep page against the first one, an overlap against a start query,
 counts by index against counts of rows, an export, and requests a second of `GET /api/v1/events` (100 events of a
-million) beside those of a bare server of the same framework.
+million) beside those of a bare server of the same framework, and of one that does no more than to ask SQLite for them.
 
     python -m benchmarks.bench_service [EVENTS] [STATES]
 """
@@ -41,6 +41,7 @@ TYPES = tuple(f"type{number}" for number in range(20))
 CONNECTIONS = 16
 REQUESTS = 300
 ROUNDS = 9
+PAGE = "/api/v1/events?type={}&from={}"
 BINS = 500
 EXPORTED = 100_000
 SERVE = [sys.executable, "-c", "from service.cli.app import main; main()", "serve", "--workers", "0"]
@@ -56,6 +57,28 @@ app = FastAPI()
 async def hello() -> dict[str, str]:
     return {"hello": "world"}
 uvicorn.run(app, port=int(sys.argv[2]), access_log=False)
+""",
+]
+ONE_QUESTION = [
+    sys.executable,
+    "-c",
+    """
+import sqlite3
+import sys
+import uvicorn
+from fastapi import FastAPI, Response
+app = FastAPI()
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+PAGE = '''
+    SELECT group_concat(body, ',') FROM (
+        SELECT body FROM events WHERE type = ? AND start_us >= ? AND end_us > ?
+        AND status NOT IN ('retracted', 'doubtful')
+        AND NOT EXISTS (SELECT 1 FROM revisions WHERE revised = events.id) ORDER BY start_us, seq LIMIT 100)'''
+@app.get("/")
+async def page(type: str, since: int) -> Response:
+    (items,) = connection.execute(PAGE, (type, since - 8_000_000, since)).fetchone()
+    return Response('{"items":[%s]}' % items, media_type="application/json")
+uvicorn.run(app, port=int(sys.argv[3]), access_log=False)
 """,
 ]
 
@@ -187,13 +210,15 @@ async def bench_http(url: str, events: int) -> None:
     """Ask a server for pages of 100 events by type and time, and a bare one of the framework for a word, in turns."""
     rng = random.Random(2)
 
-    def page() -> str:
-        return f"/api/v1/events?type={rng.choice(TYPES)}&from={rng.randrange(events // 2) * EVENT_GAP_US}"
+    def page(path: str) -> str:
+        return path.format(rng.choice(TYPES), rng.randrange(events // 2) * EVENT_GAP_US)
 
-    with started(HELLO) as (hello, hello_port), started([*SERVE, url]) as (service, port):
+    bare, plain, ours = started(HELLO), started([*ONE_QUESTION, url]), started([*SERVE, url])
+    with bare as (hello, hello_port), plain as (asking, asking_port), ours as (service, port):
         cases = {
             "a bare server": (hello, hello_port, lambda: "/"),
-            f"100 of {events:,} events by type and time": (service, port, page),
+            "100 of them by one question to SQLite": (asking, asking_port, partial(page, "/?type={}&since={}")),
+            f"100 of {events:,} events by type and time": (service, port, partial(page, PAGE)),
             "the same 100 each time": (service, port, lambda: "/api/v1/events"),
         }
         rounds = [[await times(*case) for case in cases.values()] for _ in range(ROUNDS + 1)][1:]  # the first warms up

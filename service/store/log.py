@@ -436,10 +436,14 @@ class HastyLog(EventLog):
 
     @contextmanager
     def connect(self) -> Iterator[Connection]:
-        """Give the one connection, in one transaction."""
+        """Give the one connection, in one transaction; of SQLAlchemy that would take as long as a small question."""
         self._due_s = time.monotonic() + HASTY_S
-        with explained(self.place, "an answer at once"), self._kept.begin():
-            yield self._kept
+        with explained(self.place, "an answer at once"):
+            driver_rows(self._kept, "BEGIN")
+            try:
+                yield self._kept
+            finally:
+                driver_rows(self._kept, "COMMIT")
 
     def version(self) -> int:
         """Give a number that is another one after anybody has changed the log."""

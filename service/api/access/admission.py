@@ -84,7 +84,9 @@ class Admission:
             else:
                 await self._noted(caller, scope, receive, send)
         finally:
-            self._at_once -= Counter((who,))  # which drops who has none left
+            self._at_once[who] -= 1
+            if not self._at_once[who]:
+                del self._at_once[who]
 
     def _entered(self, request: Request, caller: str | None) -> str:
         """Count a request until its answer has ended, and say whose it is: a token's, or else an address's."""

@@ -7,6 +7,7 @@ import pytest
 from service.api.app import create_app
 from service.api.routes.events import MOST_KEPT
 from service.errors import LogError
+from service.questions.events.sql_text import values_of
 from service.store.log import EventLog, open_log
 from tests.service.conftest import NewLog
 from tests.service.http import Client
@@ -23,6 +24,7 @@ QUERIES = (
     "from=10:00",
     "road=road1&role.overtaker=car7",
 )
+LONG = "SELECT count(*) FROM events AS one, events AS other"
 
 
 def asked(client: Client, query: str) -> tuple[int, bytes, dict[str, str]]:
@@ -70,9 +72,9 @@ def test_what_takes_long_is_given_up_at_once_and_answered_by_a_thread(
         hasty = log.hasty()
         if hasty is not None:
             with hasty.connect() as connection, pytest.raises(Exception, match="interrupted"):
-                connection.exec_driver_sql("SELECT count(*) FROM events AS one, events AS other").all()
+                values_of(connection, LONG)
             with pytest.raises(LogError, match="expected an answer at once, got 'interrupted'"), hasty.connect() as one:
-                one.exec_driver_sql("SELECT count(*) FROM events AS one, events AS other").all()
+                values_of(one, LONG)
     with Client(create_app(url, shipped=())) as client:
         for _ in range(2):
             assert len(client.get("/api/v1/events?limit=1000").json()["items"]) == 500
