@@ -16,9 +16,8 @@ from service.errors import ExportError
 from service.export.json_items import Json, as_json, json_items
 from service.questions.events.queries import decode_events
 from service.questions.observations.car_tracks import CarColumns
-from service.questions.observations.run_sites import RunSite
 from service.records.events import EventRecord
-from service.records.runs import RunRecord
+from service.records.runs import RunRecord, RunSite
 
 _DECIMALS = 8  # a millimetre
 

@@ -135,6 +135,36 @@ class SiteRecord(Struct, frozen=True, omit_defaults=True):
     origin_deg: tuple[float, float] | None = None
 
 
+class SiteLane(Struct, frozen=True):
+    """A lane: of `edge`, whose lanes run side by side, the one of this index, from the outer side of the road."""
+
+    id: str
+    road: str
+    edge: str
+    index: int
+    direction: int
+    width_m: float
+    speed_limit_mps: float
+    centre_line_m: list[tuple[float, float]]
+
+
+class SiteJunction(Struct, frozen=True):
+    """An area where roads meet."""
+
+    id: str
+    outline_m: list[tuple[float, float]]
+
+
+class RunSite(Struct, frozen=True):
+    """Roads in local metres, x east and y north; `origin_deg` is the latitude and longitude of (0, 0), if known."""
+
+    run: str
+    site: str
+    origin_deg: tuple[float, float] | None
+    lanes: list[SiteLane]
+    junctions: list[SiteJunction]
+
+
 class RunRecord(Struct, frozen=True, kw_only=True):
     """One pass of one input through the pipeline.
 

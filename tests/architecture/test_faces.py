@@ -53,6 +53,6 @@ def test_loading_chronicles_needs_nothing_of_dyknow_but_the_workshop_of_language
     assert {name for name in behind if not name.startswith("dyknow.language")} <= {"dyknow"}
 
 
-def test_help_loads_neither_web_server_nor_pictures() -> None:
-    call = "from service.cli.app import run\nassert run(['--help']) == 0"
-    assert not {name.split(".")[0] for name in modules_after(call)} & {"fastapi", "cv2", "scipy", "shapely", "libsumo"}
+def test_a_server_that_was_asked_nothing_holds_no_engine_for_video() -> None:
+    loaded = {name.split(".")[0] for name in modules_after("import service.api.app")}
+    assert not loaded & {"anchoring", "gis", "cv2", "scipy", "networkx", "shapely", "av", "onnxruntime", "libsumo"}

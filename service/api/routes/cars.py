@@ -10,7 +10,6 @@ from service.api.messages.answers import answers, json_answer
 from service.api.messages.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
 from service.api.messages.bodies import CarList, LinkList, Tracks
 from service.errors import FilterError
-from service.export.geojson import car_features, known_frame_of
 from service.questions.observations.car_tracks import car_columns
 from service.questions.observations.coverage import Coverage
 from service.questions.observations.identity import check_car, identities, links_of
@@ -72,5 +71,7 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
         states = log.states(run.id, cars=cars, from_us=asked.from_, to_us=asked.to)
         columns = car_columns(states, step_us=asked.step_us)
         if asked.format == "geojson":
+            from service.export.geojson import car_features, known_frame_of  # loads what projects
+
             return Response(car_features(columns, known_frame_of(run)), media_type=GEOJSON)
         return json_answer(Tracks(run.id, columns, coverage.of_run(run)))

@@ -16,8 +16,7 @@ from service.api.processes.pool import ProcessPool
 from service.api.processes.questions import site
 from service.questions.events.queries import MAX_VALUES
 from service.questions.observations.coverage import Coverage, lost_views
-from service.questions.observations.run_sites import RunSite
-from service.records.runs import RunStatus
+from service.records.runs import RunSite, RunStatus
 from service.runs.graph.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
 from service.store.upkeep import holdings

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from msgspec import Struct
 
 from service.errors import InputError, NotInLogError
-from service.records.runs import RunRecord
+from service.records.runs import RunRecord, RunSite, SiteJunction, SiteLane
 from service.runs.inputs.input_kind import content_digest
 from service.runs.inputs.sites.site import NO_SITE, Site, load_site
 
@@ -43,36 +42,6 @@ def _is_the_same(site: Site, run: RunRecord) -> bool:
     if run.site_file is None:
         return site.name == run.site
     return content_digest(*site.files) == run.site_file.digest
-
-
-class SiteLane(Struct, frozen=True):
-    """A lane: of `edge`, whose lanes run side by side, the one of this index, from the outer side of the road."""
-
-    id: str
-    road: str
-    edge: str
-    index: int
-    direction: int
-    width_m: float
-    speed_limit_mps: float
-    centre_line_m: list[tuple[float, float]]
-
-
-class SiteJunction(Struct, frozen=True):
-    """An area where roads meet."""
-
-    id: str
-    outline_m: list[tuple[float, float]]
-
-
-class RunSite(Struct, frozen=True):
-    """Roads in local metres, x east and y north; `origin_deg` is the latitude and longitude of (0, 0), if known."""
-
-    run: str
-    site: str
-    origin_deg: tuple[float, float] | None
-    lanes: list[SiteLane]
-    junctions: list[SiteJunction]
 
 
 def run_site(run: RunRecord) -> RunSite:
