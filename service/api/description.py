@@ -40,7 +40,9 @@ def describe_bodies(app: FastAPI) -> None:
             document = describe()
             _, components = msgspec.json.schema_components([Problem], ref_template=REFERENCE)
             own = {name: one for name, one in document["components"]["schemas"].items() if name not in _FOREIGN}
-            explanation = {"$id": "urn:dyknow:schema:explanation", **explanation_schema()}
+            own_references = f"{REFERENCE.format(name=EXPLANATION)}/$defs/"
+            text = msgspec.json.encode(explanation_schema()).decode().replace("#/$defs/", own_references)
+            explanation = msgspec.json.decode(text)
             looked_at = {"type": "array", "items": msgspec.json.schema(LookedAt)["$defs"][LookedAt.__name__]}
             explanation["$defs"]["why_not"]["properties"]["looked_at"] = looked_at  # which the server adds
             components[EXPLANATION] = explanation

@@ -18,7 +18,7 @@ from service.api.messages.problems import MEDIA_TYPE
 Answers = dict[int | str, JsonObject]
 
 JSON: Final = "application/json"
-EXPLANATION = "Explanation"  # its schema comes with the chronicles, and has an identifier so that its references hold
+EXPLANATION = "Explanation"  # its schema comes with the chronicles
 REFERENCE = "#/components/schemas/{name}"
 
 TEXT_BODY = {"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}}

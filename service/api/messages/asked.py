@@ -87,7 +87,7 @@ class _OfRoles(OfRun, extra="allow"):
         roles = self.__pydantic_extra__
         for name in roles:
             if not name.startswith(ROLE_PREFIX) or name == ROLE_PREFIX:
-                raise QueryError(f"{name}: expected a parameter of this path or role.NAME, got it", parameter=name)
+                raise QueryError(f"query: expected a parameter of this path or role.NAME, got {name!r}", parameter=name)
         return AbsenceQuestion(
             chronicle=chronicle,
             run=self.run,

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar  # Any: JSON schemas, and fi
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert, json
 from msgspec.structs import asdict
 
+from dyknow.language.diagnostics import hinted
 from service.errors import FilterError, QueryError
 from service.export.events import ROLE_PREFIX, ExportFormat
 from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT, EventFilter, Match, Order
@@ -131,8 +132,9 @@ def read_query(pairs: Pairs, kind: type[_Asked]) -> tuple[_Asked, EventFilter]:
         elif name in kind.__struct_encode_fields__:
             values.setdefault(name, []).append(value)
         else:
-            names = ", ".join(kind.__struct_encode_fields__)
-            raise QueryError(f"query: expected {names} or role.NAME, got {name!r}", parameter=name)
+            names = kind.__struct_encode_fields__
+            expected = f"query: expected {', '.join(names)} or role.NAME"
+            raise QueryError(f"{expected}, got {name!r}{hinted(name, names)}", parameter=name)
     for name, some in values.items():
         if len(some) > 1 and name not in _REPEATABLE:
             raise QueryError(f"{name}: expected one value, got {some!r}", parameter=name)

@@ -43,7 +43,7 @@ MEDIA_TYPE = "application/problem+json"
 REQUEST_ID = "dyknow.request_id"
 
 _TOO_LARGE = "Content Too Large"  # as Starlette's limit of bodies says it
-_FOLDERS = re.compile(r"(?:^|(?<=['\"]))/[^:'\"\n]*/|(?<![\w/:.'\"])/(?:[^\s/:'\"]+/)+")
+_FOLDERS = re.compile(r"(?:^|(?<=['\"]))/[^:'\"\n]*/|(?<=\blog ')[^'\n]*/|(?<![\w/:.'\"])/(?:[^\s/:'\"]+/)+")
 BAD_PARAMETER = "urn:dyknow:problem:bad-parameter"
 
 # What each error of ours is over HTTP. A chronicle error means that the log holds another version of the chronicle than
@@ -113,11 +113,18 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
 
 
 def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework's own error records
+    if error["loc"] == ("body",) or error["type"] == "json_invalid":
+        came = error.get("ctx", {}).get("error", error["input"])
+        return ProblemDetail(f"body: expected a JSON object, as application/json, got {came!r}")
     parameter = ".".join(str(part) for part in error["loc"][1:2])
     if error["type"] == "missing":
         return ProblemDetail(f"{parameter}: expected a value, got none", parameter)
     is_unknown = error["type"] == "extra_forbidden"
-    wanted = "no such parameter" if is_unknown else error["msg"].removeprefix("Input should be ")
+    wanted = (
+        "no such parameter"
+        if is_unknown
+        else error["msg"].removeprefix("Input should be ").replace("String should", "text to")
+    )
     return ProblemDetail(f"{parameter}: expected {wanted}, got {error.get('input')!r}", parameter)
 
 
@@ -173,6 +180,8 @@ def without_folders(text: str) -> str:
     --------
     >>> without_folders("/srv/my logs/day.db: expected a log, got '/srv/my logs/x.mp4', see /etc/a/b.toml:3")
     "day.db: expected a log, got 'x.mp4', see b.toml:3"
+    >>> without_folders("log 'logs/day.db': expected a run 'a/b', got none")
+    "log 'day.db': expected a run 'a/b', got none"
     """
     return _FOLDERS.sub("", text)
 

@@ -226,6 +226,24 @@ def test_an_unknown_parameter_is_refused(client: Client, name: str) -> None:
     assert body.errors[0].parameter == name
 
 
+def test_a_mistyped_parameter_gets_a_hint(client: Client) -> None:
+    assert get_problem(client, "/api/v1/events?typ=pass", 422).detail.endswith("got 'typ'; did you mean 'type'?")
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "came"),
+    [
+        ("source=a", "application/x-www-form-urlencoded", "b'source=a'"),
+        ("{source: a}", "application/json", "'Expecting property name enclosed in double quotes'"),
+        ("[1]", "application/json", "[1]"),
+        ("", "application/json", "None"),
+    ],
+)
+def test_a_body_that_is_no_object_is_refused(client: Client, body: str, kind: str, came: str) -> None:
+    answer = client.request("POST", "/api/v1/runs", content=body, headers={"Content-Type": kind})
+    assert answer.json()["detail"] == f"body: expected a JSON object, as application/json, got {came}"
+
+
 @pytest.mark.parametrize("text", ["noon", "12.5", "2026-05-01T08:00:00", "2026-05-01T08:00:00+02:00"])
 def test_a_time_that_is_none_is_refused(client: Client, text: str) -> None:
     # The last one is the classic: + in a query string is a blank.

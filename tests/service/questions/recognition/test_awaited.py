@@ -112,7 +112,7 @@ def test_without_a_time_the_end_of_the_run_is_asked_about(client: Client, log: s
         ("nothing/partial", 404, "expected one of its chronicles, got 'nothing'"),
         ("overtake/partial?role.driver=car1", 400, "expected one of overtaker, overtaken, road, got 'driver'"),
         ("overtake/partial?at=1h", 422, "at: expected"),
-        ("overtake/partial?to=5s", 422, "to: expected a parameter of this path or role.NAME, got it"),
+        ("overtake/partial?to=5s", 422, "query: expected a parameter of this path or role.NAME, got 'to'"),
         ("overtake/partial?from=5s&at=2s", 400, "from: expected a time before"),
         ("overtake/partial?at=2000s", 404, "nothing was filmed then"),
     ],
