@@ -138,6 +138,13 @@ def test_a_body_that_is_cut_off_is_counted_and_holds_up_nobody(
     assert not [one for one in caplog.records if one.exc_info]
 
 
+def test_a_body_that_does_not_say_how_long_it_is_has_its_limit_too(tmp_path: Path) -> None:
+    url = write_log(tmp_path / "a.db", [overtake()])
+    with serving(create_app(url, shipped=())) as (_, address):
+        answer = httpx.post(f"{address}/api/v1/runs", content=(b"#" * 100_000 for _ in range(11)))
+    assert (answer.status_code, answer.json()["detail"]) == (413, "body: expected at most 1000000 bytes, got more")
+
+
 def test_half_a_head_and_none_at_all_hold_up_nobody(tmp_path: Path) -> None:
     url = write_log(tmp_path / "a.db", [overtake()])
     with serving(create_app(url, shipped=())) as (_, address), ExitStack() as left:
