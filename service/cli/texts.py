@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from service.texts.text_streams import Stream
 
 
+LINKAGE_SUFFIX = ".linkage"
 CheckFormat = Literal["text", "json", "github"]
 
 
@@ -68,11 +69,11 @@ def check(
     from dyknow.language.diagnostics import TextError
     from dyknow.language.rendering import render_json
     from service.texts.chronicle_files import read_text_or_input, with_relations
-    from service.texts.linkage_files import LINKAGE_SUFFIX, check_linkages
 
     rates_hz = read_rates(rates or ())
     every = [(name, read_text_or_input(name)) for name in files]
-    texts = [one for one in every if not one[0].endswith(LINKAGE_SUFFIX)]
+    linkages = [one for one in every if one[0].endswith(LINKAGE_SUFFIX)]
+    texts = [one for one in every if one not in linkages]
     if monitors and stream == "own":
         raise typer.BadParameter("expected traffic to go with --monitors, got own", param_hint="--stream")
     chosen: Stream | None = "traffic" if monitors else stream
@@ -83,8 +84,10 @@ def check(
             raise  # told where all refused files are told
         _print_findings(error.diagnostics, "json" if as_json else output)
         raise typer.Exit(INVALID) from None
-    links = tuple(check_linkages(one for one in every if one not in texts))
-    checked = replace(checked, findings=checked.findings + links)
+    if linkages:
+        from service.texts.linkage_files import check_linkages  # loads what anchors
+
+        checked = replace(checked, findings=(*checked.findings, *check_linkages(linkages)))
     costs = _costs(with_relations(texts, checked.stream), rates_hz, keys) if cost and not checked.errors else []
     if as_json:
         findings = msgspec.Raw(render_json(checked.findings).encode())

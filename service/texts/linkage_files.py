@@ -10,8 +10,6 @@ from anchoring.settings import AnchoringSettings
 from dyknow.language.diagnostics import Diagnostic
 from service.texts.chronicle_files import read_text
 
-LINKAGE_SUFFIX = ".linkage"
-
 
 def load_linkage_file(path: Path | None, settings: AnchoringSettings) -> tuple[LinkageText | None, str]:
     """Read and check a linkage file.
