@@ -119,12 +119,8 @@ def _describe(error: Mapping[str, Any]) -> ProblemDetail:  # Any: the framework'
     parameter = ".".join(str(part) for part in error["loc"][1:2])
     if error["type"] == "missing":
         return ProblemDetail(f"{parameter}: expected a value, got none", parameter)
-    is_unknown = error["type"] == "extra_forbidden"
-    wanted = (
-        "no such parameter"
-        if is_unknown
-        else error["msg"].removeprefix("Input should be ").replace("String should", "text to")
-    )
+    said = error["msg"].removeprefix("Input should be ").replace("String should", "text to")
+    wanted = "no such parameter" if error["type"] == "extra_forbidden" else said
     return ProblemDetail(f"{parameter}: expected {wanted}, got {error.get('input')!r}", parameter)
 
 
