@@ -141,7 +141,7 @@ class EventLog:
         self._closing.callback(lock.release)
         run_no = self._add_run(self._writing, run)
         if run_no is not None:
-            return RunWriter(self._writing, self.place, run_no, run, lock.release)
+            return RunWriter(self._writing, self.place, run_no, run, lock)
         return self._begin_repeat(run, lock)
 
     def _begin_repeat(self, run: RunRecord, lock: Lock) -> RunWriter:
@@ -153,14 +153,13 @@ class EventLog:
         run_no = self._add_run(engine, run)
         assert run_no is not None, beside
 
-        def finish() -> bool:
+        def move_in() -> bool:
             engine.dispose()
             has_place = take_place(self.place, beside, run.id)
             beside.remove()
-            lock.release()
             return has_place
 
-        return RunWriter(engine, self.place, run_no, run, finish, is_repeat=True)
+        return RunWriter(engine, self.place, run_no, run, lock, take_place=move_in)
 
     def _add_run(self, engine: Engine, run: RunRecord) -> int | None:
         """Put a run after all others and return its number; None if it is there."""

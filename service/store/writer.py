@@ -16,12 +16,13 @@ from msgspec.structs import asdict, astuple
 from sqlalchemy import Connection, Engine, Table, case, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
+from service.errors import RunBusyError
 from service.records.events import EventDraft, EventRecord
 from service.records.runs import RunRecord, RunStatus, StreamRecord
 from service.records.seen import CarState, FrameRecord
 from service.store import schema
 from service.store.chunks.kinds import CHUNK_KINDS, SPAN_US, ChunkKind
-from service.store.databases.database import Database, explained
+from service.store.databases.database import Database, Lock, explained
 
 BATCH_ROWS = 20_000
 
@@ -57,13 +58,13 @@ class RunWriter:
         place: Database,
         run_no: int,
         run: RunRecord,
-        on_finish: Callable[[], bool | None],
+        lock: Lock,
         *,
-        is_repeat: bool = False,
+        take_place: Callable[[], bool] | None = None,
     ) -> None:
         self.run_id = run.id
-        self.is_repeat = is_repeat
-        self._on_finish = on_finish
+        self.is_repeat = take_place is not None
+        self._lock, self._take_place = lock, take_place
         self._engine = engine
         self._place = place
         self._run_no = run_no
@@ -143,9 +144,13 @@ class RunWriter:
         Raises
         ------
         LogError
-            If the database refuses (disk full, locked by another writer), or a car has two states at a frame.
+            If the database refuses (disk full, locked by another writer), or a car has two states at a frame; if its
+            server was restarted, and somebody else is at the run since then.
         """
         assert self._is_open, "the run is finished"
+        if not self._lock.is_held():
+            wanted = f"log {self._place.name!r}: expected run {self.run_id!r} to stay ours"
+            raise RunBusyError(f"{wanted}, got another writer since its server was restarted")
         with explained(self._place, "a log that can be written"), self._engine.begin() as connection:
             self._write_events(connection)
             for table, rows in self._rows.items():
@@ -188,7 +193,9 @@ class RunWriter:
         self.flush()
         self._change_run(status=status, reason=reason)
         self._is_open = False
-        return self._on_finish() is not False
+        has_place = self._take_place is None or self._take_place()
+        self._lock.release()
+        return has_place
 
     def _change_run(self, **values: str) -> None:
         with explained(self._place, "a log that can be written"), self._engine.begin() as connection:

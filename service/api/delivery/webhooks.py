@@ -25,6 +25,7 @@ from service.api.messages.parameters import read_stream_question
 from service.errors import LogError, QueryError, RunBusyError
 from service.questions.events.queries import EventFilter, check_filter, find_rows
 from service.runs.jobs.worker import Tell
+from service.store.databases.database import Lock
 from service.store.databases.location import database_of
 from service.store.entries import Undelivered, WebhookState
 from service.store.log import EventLog, open_log
@@ -126,9 +127,10 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
     while not ended.is_set():
         try:
             with ExitStack() as stack:
-                stack.callback(database.lock(f"webhook-{webhook.name}").release)
+                lock = database.lock(f"webhook-{webhook.name}")
+                stack.callback(lock.release)
                 log = stack.enter_context(open_log(log_url))
-                _Delivery(webhook, Deliveries(log), ended, tell).run(log)
+                _Delivery(webhook, Deliveries(log), ended, tell).run(log, lock)
         except LogError as error:
             if not isinstance(error, RunBusyError):
                 tell(f"webhook {webhook.name}: {error}")
@@ -141,9 +143,9 @@ class _Delivery:
         self._wanted, first_seq = webhook.asked
         self._seq = deliveries.begin(webhook.name, first_seq)  # all up to it is delivered, given up, or not wanted
 
-    def run(self, log: EventLog) -> None:
-        """Deliver row by row, and in between what is to be tried once more."""
-        while not self._ended.is_set():
+    def run(self, log: EventLog, lock: Lock) -> None:
+        """Deliver row by row, and in between what is to be tried once more, as long as no other server does."""
+        while not self._ended.is_set() and lock.is_held():
             for one in self._deliveries.undelivered(due_for=self._webhook.name):
                 self._deliveries.settle(one, post(self._webhook, one.seq, one.body))
             rows = find_rows(log, self._wanted, self._seq)

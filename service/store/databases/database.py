@@ -16,10 +16,16 @@ from service.errors import LogError
 
 
 class Lock(Protocol):
-    """The right to write one run; released by itself when the process ends."""
+    """The right to write one run, or to be at a job; released by itself when the process ends."""
 
     def is_held(self) -> bool:
-        """Tell whether it is still held: a server drops it with a connection."""
+        """Tell whether it is held; one that a server dropped, as it was restarted, is taken anew if it is free.
+
+        Raises
+        ------
+        LogError
+            If the server does not answer.
+        """
 
     def release(self) -> None:
         """Give the right up; a second time changes nothing."""

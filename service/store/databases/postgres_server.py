@@ -13,7 +13,7 @@ from typing import Any  # what one value of a query is
 
 from sqlalchemy import Connection, Engine, Select, create_engine, func, select
 from sqlalchemy.engine import URL
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.schema import CreateSchema, DropSchema
 
 from service.errors import LogError, RunBusyError
@@ -25,17 +25,21 @@ _PUBLIC = "public"
 class _AdvisoryLock:
     """A lock of the server's on a number, which it drops with the connection."""
 
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
+    def __init__(self, server: "PostgresServer", connection: Connection, number: int) -> None:
+        self._server, self._connection, self._number = server, connection, number
 
     def is_held(self) -> bool:
-        """Tell whether the connection still lives."""
+        """See `Lock`; taken for the first time as well."""
         try:
-            self._connection.scalar(select(1))
-            self._connection.commit()
-        except SQLAlchemyError:  # a connection that was lost once is not opened anew
-            return False
-        return True
+            return self._take()
+        except DBAPIError:  # the connection is lost, and the lock with it; the next one is a new one
+            with explained(self._server, "a log that can be written"):
+                return self._take()
+
+    def _take(self) -> bool:
+        """Take it; who has it may take it any number of times, and the end of the connection drops all of them."""
+        with self._connection.begin():
+            return bool(self._connection.scalar(select(func.pg_try_advisory_lock(self._number))))
 
     def release(self) -> None:
         """Close the connection."""
@@ -101,11 +105,8 @@ class PostgresServer(Database):
     def lock(self, run_id: str) -> _AdvisoryLock:
         """Take a lock on a number that stands for the run; the server drops it with the connection."""
         with explained(self, "a log that can be written"):
-            connection = self._engine().connect()
-            is_free = connection.scalar(select(func.pg_try_advisory_lock(_number(run_id))))
-            connection.commit()
-        lock = _AdvisoryLock(connection)
-        if not is_free:
+            lock = _AdvisoryLock(self, self._engine().connect(), _number(run_id))
+        if not lock.is_held():
             lock.release()
             wanted = f"log {self.name!r}: expected run {run_id!r} to be free"
             raise RunBusyError(f"{wanted}, got one that another process is writing now")

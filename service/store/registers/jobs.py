@@ -188,7 +188,7 @@ class TakenJob:
 
     def tell(self, message: str) -> bool:
         """Note how far it has come; False if it is not wanted any more, or somebody else is at it."""
-        if not self._is_ours():
+        if not self._lock.is_held():
             return False
         self._jobs.change(self.job.id, ("running",), message=message)
         return not self._jobs.find(self.job.id).cancel_requested
@@ -207,19 +207,9 @@ class TakenJob:
         self._lock.release()
 
     def _note_end(self, **values: object) -> None:
-        if self._is_ours():
+        if self._lock.is_held():
             self._jobs.change(self.job.id, ("running",), **values)
         self._lock.release()
-
-    def _is_ours(self) -> bool:
-        """Tell whether nobody else is at it; a lock that a server dropped, as it was restarted, is taken anew."""
-        if self._lock.is_held():
-            return True
-        again = self._jobs.lock(self.job.id)
-        if again is not None:
-            self._lock.release()
-            self._lock = again
-        return again is not None
 
     def _end_without(self, state: JobState, message: str) -> bool:
         self._jobs.change(self.job.id, UNDER_WAY, state=state, message=message)

@@ -8,6 +8,7 @@ import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any  # JSON
@@ -28,6 +29,7 @@ from tests.service.http import Client
 from tests.service.logs import overtake, run, write_log
 from tests.service.runs.jobs.test_jobs import until
 from tests.service.runs.jobs.test_supervision import SERVE
+from tests.service.store.databases.test_databases import end_all_connections
 
 ADDRESS = "expected an address, https://HOST/... or http://HOST/..."
 SECRET = "whsec_" + base64.b64encode(b"a key of the office").decode()
@@ -198,6 +200,21 @@ def test_of_several_servers_one_delivers(new_log: NewLog, receiver: Receiver) ->
         until(lambda: states(log)[0][1] == 20)
     assert receiver.seqs == list(range(1, 21))
     assert said == []
+
+
+def test_of_several_servers_one_delivers_after_a_restart_of_the_database(postgres: NewLog, receiver: Receiver) -> None:
+    log = write_log(postgres(), [overtake(0)])
+
+    def is_told(number: int) -> bool:
+        return len(receiver.posts) >= number and states(log)[0][1] >= number
+
+    with told(log, receiver, events="last_event_id=0"), told(log, receiver, events="last_event_id=0"):
+        for number in range(1, 12):
+            until(partial(is_told, number))
+            end_all_connections(log)
+            write_log(log, [overtake(number)], record=run(f"r{number}"))
+        until(lambda: len(receiver.posts) >= 12)
+    assert receiver.seqs == list(range(1, 13))
 
 
 def test_nobody_who_listens_is_told_of_with_the_reason(new_log: NewLog, receiver: Receiver) -> None:

@@ -9,7 +9,7 @@ from sqlalchemy import create_engine, text
 
 from service.api.app import create_app
 from service.cli.app import run as run_cli
-from service.errors import LogError
+from service.errors import LogError, RunBusyError
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.runs.processing import RunRequest, process
 from service.store.entries import Written
@@ -125,6 +125,25 @@ def test_a_server_that_was_restarted_is_asked_as_before(postgres: NewLog) -> Non
         writer.append_events([overtake(5)])
         writer.flush()
         assert len(read_all(url)) == 2
+
+
+def test_a_run_keeps_its_lock_over_a_restart_and_ends_where_somebody_else_has_it(postgres: NewLog) -> None:
+    url = postgres()
+    with open_log(url, "w") as log, open_log(url, "w") as other:
+        writer = log.begin_run(run())
+        end_all_connections(url)
+        writer.append_events([overtake()])
+        writer.flush()
+        with pytest.raises(RunBusyError, match="expected run 'r1' to be free"):
+            other.begin_run(run())
+        end_all_connections(url)
+        second = other.begin_run(run())
+        writer.append_events([overtake(5)])
+        with pytest.raises(RunBusyError, match="expected run 'r1' to stay ours, got another writer since"):
+            writer.finish("finished")
+        second.append_events([overtake(), overtake(5), overtake(6)])
+        second.finish("finished")
+    assert len(read_all(url)) == 3
 
 
 def end_all_connections(url: str) -> None:
