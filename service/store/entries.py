@@ -45,6 +45,12 @@ class Job(Struct, frozen=True):
         return str(json.loads(self.request)["input"])
 
     @property
+    def recordings(self) -> str | None:
+        """The folder that a live source is recorded into; None for a run over a file."""
+        folder: str | None = json.loads(self.request).get("recordings")
+        return folder
+
+    @property
     def run(self) -> str | None:
         """The run that it became, once it has finished; a live source has many."""
         named = self.message.partition(":")[0].removeprefix("run ")

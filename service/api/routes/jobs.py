@@ -16,12 +16,12 @@ from service.api.messages.asked import Paged, RunOrder
 from service.api.messages.bodies import JobList, JobStatus
 from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
-from service.errors import InputError, NotInLogError, QueryError, TakenError
+from service.errors import InputError, NotInLogError, QueryError
 from service.questions.events.cursors import decode_cursor, encode_cursor
 from service.records.runs import SourceText
 from service.records.times import parse_utc_us
 from service.runs.requests import LiveRequest, RunRequest, as_text, job_id
-from service.store.entries import UNDER_WAY, Job
+from service.store.entries import Job
 from service.store.log import EventLog
 from service.store.registers.chronicle_texts import ChronicleTexts
 from service.store.registers.jobs import Jobs
@@ -49,12 +49,7 @@ def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
         except OSError as error:
             raise InputError(f"{order.source}: expected its files, got {error.strerror}") from error
         with opened_jobs(log) as jobs:
-            if isinstance(wanted, RunRequest):
-                return _accepted(jobs.add(name, as_text(wanted)))
-            watching = (one for state in UNDER_WAY for one in jobs.first(state, "live"))
-            if any(one.input == wanted.input and one.id != name for one in watching):
-                raise TakenError(f"source: expected a camera that no other job watches, got {order.source!r}")
-            return _accepted(jobs.add(name, as_text(wanted), "live"))
+            return _accepted(jobs.add(name, as_text(wanted), "run" if isinstance(wanted, RunRequest) else "live"))
 
     @router.get(_JOB, name="job", responses=answers(JobStatus, 404, 422))
     def get_job(job: JobName) -> Response:

@@ -4,13 +4,13 @@ A worker that has a job holds a lock of the database, which goes with its proces
 run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from msgspec.structs import astuple
-from sqlalchemy import ColumnElement, Select, func, select, update
+from sqlalchemy import ColumnElement, Connection, Select, func, select, update
 
-from service.errors import NotInLogError, QueryError, RunBusyError
+from service.errors import NotInLogError, QueryError, RunBusyError, TakenError
 from service.store import schema
 from service.store.databases.database import Database, Lock
 from service.store.entries import ENDED, UNDER_WAY, Job, JobKind, JobState
@@ -47,7 +47,13 @@ class Jobs:
         self._log.close()
 
     def add(self, job_id: str, request: str, kind: JobKind = "run") -> Job:
-        """Add a job at the end; one that is here already is given as it is."""
+        """Add a job at the end; one that is here already is given as it is.
+
+        Raises
+        ------
+        TakenError
+            If it is a live source, and another job that has not ended is recorded into the same folder.
+        """
         with self._log.change() as connection:
             lock_seqs(connection)  # one at a time takes a number
             known = connection.execute(_jobs(schema.jobs.c.id == job_id)).one_or_none()
@@ -55,6 +61,7 @@ class Jobs:
                 return Job(*known)
             last = connection.scalar(select(func.max(schema.jobs.c.number))) or 0
             job = Job(last + 1, job_id, request, kind=kind)
+            _check_alone(connection, job)
             insert_rows(connection, schema.jobs, [astuple(job)])
             return job
 
@@ -107,8 +114,12 @@ class Jobs:
         return self._found(job_id, "one that waits or runs", is_right=is_kept_away or is_asked_for)
 
     def retry(self, job_id: str) -> Job:
-        """Let a job wait again that failed or was cancelled; raises as `cancel`."""
-        is_right = self.change(job_id, ("failed", "cancelled"), **_ANEW)
+        """Let a job wait again that failed or was cancelled; raises as `cancel` and `add`."""
+        job = self.find(job_id)
+        with self._log.change() as connection:
+            lock_seqs(connection)
+            _check_alone(connection, job)
+            is_right = _change(connection, job_id, ("failed", "cancelled"), _ANEW)
         return self._found(job_id, "one that failed or was cancelled", is_right=is_right)
 
     def repeat(self, job_id: str) -> None:
@@ -117,10 +128,8 @@ class Jobs:
 
     def change(self, job_id: str, states: tuple[JobState, ...], **values: object) -> bool:
         """Change a job if it is in one of these states; tell whether it was."""
-        jobs = schema.jobs
-        is_it = (jobs.c.id == job_id) & jobs.c.state.in_(states)
         with self._log.change() as connection:
-            return connection.execute(update(jobs).where(is_it).values(values)).rowcount > 0
+            return _change(connection, job_id, states, values)
 
     def find(self, job_id: str) -> Job:
         """Find a job.
@@ -221,6 +230,23 @@ def count_jobs(log: EventLog) -> dict[str, int]:
     state = schema.jobs.c.state
     with log.connect() as connection:
         return {one: count for one, count in connection.execute(select(state, func.count()).group_by(state))}  # noqa: C416
+
+
+def _change(connection: Connection, job_id: str, states: tuple[JobState, ...], values: Mapping[str, object]) -> bool:
+    is_it = (schema.jobs.c.id == job_id) & schema.jobs.c.state.in_(states)
+    return connection.execute(update(schema.jobs).where(is_it).values(values)).rowcount > 0
+
+
+def _check_alone(connection: Connection, job: Job) -> None:
+    """Refuse a live source whose recordings are another job's; numbers are locked, so nobody adds one meanwhile."""
+    if job.kind == "run":
+        return
+    jobs = schema.jobs.c
+    others = _jobs(jobs.kind == job.kind, jobs.state.in_(UNDER_WAY), jobs.id != job.id)
+    for other in (Job(*row) for row in connection.execute(others)):
+        if other.recordings == job.recordings:
+            wanted = "expected a live source whose folder of recordings no other job has"
+            raise TakenError(f"source: {wanted}, got that of job {other.id!r}")
 
 
 def _jobs(*conditions: ColumnElement[bool]) -> Select[Any]:  # Any: rows have the types of the table's columns

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -14,10 +15,10 @@ import msgspec
 import pytest
 
 from service.cli.app import run as run_cli
-from service.errors import NotInLogError, QueryError, RunBusyError
+from service.errors import NotInLogError, QueryError, RunBusyError, TakenError
 from service.runs.jobs.worker import work
 from service.runs.processing import RunRequest, process
-from service.runs.requests import as_text, job_id
+from service.runs.requests import LiveRequest, as_text, job_id
 from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
@@ -114,6 +115,29 @@ def test_a_lock_that_a_server_dropped_is_taken_anew_or_left_to_who_has_it(postgr
         )
         second.end("finished", "")
         assert other.find(name).state == "finished"
+
+
+def test_a_folder_of_recordings_is_that_of_one_live_source(new_log: NewLog, tmp_path: Path) -> None:
+    run = RunRequest(tmp_path, None, "")
+    here, there = (LiveRequest("rtsp://a/1", run, tmp_path / name) for name in ("here", "there"))
+
+    def add_live(name: str, request: LiveRequest = here) -> bool:
+        with opened(url) as jobs, suppress(TakenError):
+            return jobs.add(name, as_text(request), "live").state == "waiting"
+        return False
+
+    url = new_log()
+    with ThreadPoolExecutor(8) as pool:
+        assert sum(pool.map(add_live, "abcdefgh")) == 1
+    assert add_live("i", there)
+    with opened(url) as jobs:
+        first = jobs.listed()[0].id
+        assert jobs.cancel(first).state == "cancelled"
+        assert add_live("j")
+        with pytest.raises(TakenError, match="whose folder of recordings no other job has, got that of job 'j'"):
+            jobs.retry(first)
+        jobs.cancel("j")
+        assert jobs.retry(first).state == "waiting"
 
 
 def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: NewLog, brief: Path) -> None:
