@@ -112,7 +112,9 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
 
 
 def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requested: bool) -> None:
-    if summary.status == "finished":
+    if summary.was_finished and taken.job.message.startswith(f"run {summary.run}: "):
+        _end(taken, "finished", taken.job.message, tell)  # what it found when it was processed
+    elif summary.status == "finished":
         _end(taken, "finished", "\n".join((f"run {summary.run}: {_result(summary)}", *summary.warnings)), tell)
     elif cancel_requested:
         _end(taken, "cancelled", summary.reason, tell)

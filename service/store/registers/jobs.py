@@ -13,14 +13,15 @@ from sqlalchemy import ColumnElement, Connection, Select, func, select, update
 from service.errors import NotInLogError, QueryError, RunBusyError, TakenError
 from service.store import schema
 from service.store.databases.database import Database, Lock
-from service.store.entries import ENDED, UNDER_WAY, Job, JobKind, JobState
+from service.store.entries import UNDER_WAY, Job, JobKind, JobState
 from service.store.log import EventLog
 from service.store.versions import create_schema
 from service.store.writer import insert_rows, lock_seqs
 
 MOST_ATTEMPTS = 3
 """A run that was begun so many times without an end is not tried again by itself."""
-_ANEW = {"state": "waiting", "attempts": 0, "cancel_requested": False, "message": ""}
+_AGAIN = {"state": "waiting", "attempts": 0, "cancel_requested": False}
+_ANEW = {**_AGAIN, "message": ""}
 _MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
 
 
@@ -123,8 +124,12 @@ class Jobs:
         return self._found(job_id, "one that failed or was cancelled", is_right=is_right)
 
     def repeat(self, job_id: str) -> None:
-        """Let a job wait again if it has ended; a run that the log has, finished, is only looked for."""
-        self.change(job_id, ENDED, **_ANEW)
+        """Let a job wait again if it has ended; a run that the log has, finished, is only looked for.
+
+        What such a run found stays in the message until then.
+        """
+        self.change(job_id, ("failed", "cancelled"), **_ANEW)
+        self.change(job_id, ("finished",), **_AGAIN)
 
     def change(self, job_id: str, states: tuple[JobState, ...], **values: object) -> bool:
         """Change a job if it is in one of these states; tell whether it was."""
