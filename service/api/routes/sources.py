@@ -18,7 +18,7 @@ from service.api.processes.questions import unfit_video
 from service.api.routes.jobs import opened_jobs
 from service.api.source_files import SourceFolders, Uploads
 from service.errors import TakenError
-from service.store.entries import Source
+from service.store.entries import UNDER_WAY, Source
 from service.store.log import EventLog
 from service.store.registers.sources import Sources
 from service.texts.csv_table import ROW_SUFFIXES
@@ -85,7 +85,8 @@ def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: 
         source = sources.find(name)
         path = folders.path_of(source)
         with opened_jobs(log) as jobs:
-            if any(Path(one.input) == path for one in (*jobs.first("waiting", "run"), *jobs.first("running", "run"))):
+            under_way = (one for state in UNDER_WAY for one in jobs.in_state(state, "run"))
+            if any(Path(one.input) == path for one in under_way):
                 raise TakenError(f"source {name!r}: expected one that no job needs, got one that a job waits for")
         sources.remove(name, partial(path.unlink, missing_ok=True) if source.digest else lambda: None)
         return Response(status_code=204)

@@ -8,6 +8,7 @@ import logging
 import socket
 import time
 from contextlib import closing
+from itertools import islice
 from typing import Any  # what is Ray's: it is an extra, and may not be here
 from urllib.parse import urlsplit
 
@@ -26,6 +27,8 @@ from vision.errors import VisionError
 MOST_RETRIES: dict[JobKind, int] = {"run": MOST_ATTEMPTS, "live": -1}
 """How often Ray repeats a task: that of a run once more than it may be begun, since the last one notes in the log that
 it was begun too often; that of a live source, which has no end, always."""
+MOST_PLACED = 1_000
+"""Of the jobs of a kind and state; Ray gets the others as these end."""
 REACHED_WITHIN_S = 5.0
 ENDED_WITHIN_S = 30.0
 """A task ends between two frames; one that takes longer is left to Ray, which kills it."""
@@ -92,7 +95,8 @@ class _Placing:
     def place(self) -> None:
         """Place the jobs that wait, and those that their workers have left."""
         placed = set(self.tasks.values())
-        for job in [one for kind in MOST_RETRIES for state in UNDER_WAY for one in self._jobs.first(state, kind)]:
+        kinds = [(state, kind) for kind in MOST_RETRIES for state in UNDER_WAY]
+        for job in [one for each in kinds for one in islice(self._jobs.in_state(*each), MOST_PLACED)]:
             if job.id in placed or (job.state == "running" and not self._jobs.is_left(job.id)):
                 continue
             request = read_request(job.request, self._log_url)

@@ -149,6 +149,7 @@ class PostgresServer(Database):
             return create_engine(
                 self.place,
                 paramstyle="format",
+                use_native_hstore=False,  # each engine would ask for a type that no table has
                 pool_pre_ping=True,  # after a restart of the server its connections are opened anew
                 connect_args={"options": f"-csearch_path={self.namespace}"},
                 **options,

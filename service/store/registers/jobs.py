@@ -4,7 +4,7 @@ A worker that has a job holds a lock of the database, which goes with its proces
 run, and can take its lock, knows that its worker is gone, and takes it up again. No clock is asked, so none is wrong.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from msgspec.structs import astuple
@@ -22,7 +22,7 @@ MOST_ATTEMPTS = 3
 """A run that was begun so many times without an end is not tried again by itself."""
 _AGAIN = {"state": "waiting", "attempts": 0, "cancel_requested": False}
 _ANEW = {**_AGAIN, "message": ""}
-_MOST_WORKERS = 1_000  # so many jobs may be taken by others before one that is free is found
+_PAGE = 20
 
 
 class Jobs:
@@ -78,7 +78,7 @@ class Jobs:
         but : identifiers of jobs that are not to be taken.
         """
         for state in UNDER_WAY:
-            for job in self.first(state, kind):
+            for job in self.in_state(state, kind):
                 taken = None if job.id in but else self._begun(job)
                 if taken is not None:
                     return taken
@@ -88,10 +88,14 @@ class Jobs:
         """Begin one job; None if somebody is at it, or if it has ended; raises as `find`."""
         return self._begun(self.find(job_id))
 
-    def first(self, state: JobState, kind: JobKind) -> list[Job]:
-        """List the first thousand jobs of a kind that are in a state, in their order."""
-        jobs = schema.jobs.c
-        return self._log.rows(Job, _jobs(jobs.state == state, jobs.kind == kind).limit(_MOST_WORKERS))
+    def in_state(self, state: JobState, kind: JobKind) -> Iterator[Job]:
+        """Stream the jobs of a kind that are in a state, in their order; who wants the first one reads few."""
+        jobs, last = schema.jobs.c, 0
+        while page := self._log.rows(
+            Job, _jobs(jobs.state == state, jobs.kind == kind, jobs.number > last).limit(_PAGE)
+        ):
+            yield from page
+            last = page[-1].number
 
     def is_left(self, job_id: str) -> bool:
         """Tell whether nobody is at a job."""

@@ -95,6 +95,19 @@ def test_a_job_is_taken_by_one(new_log: NewLog, brief: Path) -> None:
         taken[1].end("failed", "")
 
 
+def test_a_job_behind_many_that_others_have_is_found(new_log: NewLog, tmp_path: Path) -> None:
+    names = [f"{number:016x}" for number in range(50)]
+    with opened(new_log()) as jobs:
+        for name in names:
+            jobs.add(name, as_text(RunRequest(tmp_path, None, "")))
+        assert [one.id for one in jobs.in_state("waiting", "run")] == names
+        taken = jobs.take(but=names[:45])
+        assert taken is not None
+        assert taken.job.id == names[45]
+        taken.let_go()
+        assert [one.id for one in jobs.in_state("waiting", "run")] == [*names[:45], *names[46:]]
+
+
 def test_a_lock_that_a_server_dropped_is_taken_anew_or_left_to_who_has_it(postgres: NewLog, brief: Path) -> None:
     with opened(url := postgres()) as one, opened(url) as other:
         name = add(one, brief)
