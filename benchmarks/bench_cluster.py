@@ -1,10 +1,11 @@
-"""What does Ray cost, beside plain workers? Equal jobs, one side after the other, turn by turn.
+"""What do more workers bring, and what does Ray cost? Equal jobs, one side after the other, turn by turn.
 
 The jobs are tracks of a simulated junction (`dyknow trajectories`), on a log in a PostgreSQL server of this machine.
-Plain: so many processes of `dyknow worker LOG --once`. Ray: `dyknow worker LOG --once --cluster ADDRESS`, on a cluster
-of as many cores that is up already. Both are timed from their command to its end, with the start of all processes; the
-order changes from turn to turn. The ratio of one turn is what counts: above 1, Ray is slower. By itself Ray runs its
-processes at niceness 15, behind all else on the machine; here at 0, as the plain ones. Needs the extra `cluster`.
+Plain: so many processes of `dyknow worker LOG --once`, and one alone, each with one thread. Ray, where the extra
+`cluster` is installed: `dyknow worker LOG --once --cluster ADDRESS`, on a cluster of as many cores that is up already.
+All are timed from their command to its end, with the start of all processes; the order changes from turn to turn. The
+ratios to the plain workers in one turn are what counts: above 1, one or Ray is slower. By itself Ray runs its processes
+at niceness 15, behind all else on the machine; here at 0, as the plain ones.
 
 ``python -m benchmarks.bench_cluster [--seconds 600] [--jobs 4] [--workers 2] [--turns 3]``
 """
@@ -34,41 +35,54 @@ from service.runs.requests import as_text, job_id
 from service.store.databases.location import database_of
 from service.store.registers.jobs import Jobs
 
-TITLES = ("turn", "plain s", "ray s", "ratio")
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 WORKER = (sys.executable, "-c", "from service.cli.app import main; main()", "worker")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print a row for each turn, and the median of their ratios."""
+    """Print a row for each turn, and the medians of their ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=600.0, help="length of the tracks of a job")
     parser.add_argument("--jobs", type=int, default=4)
     parser.add_argument("--workers", type=int, default=2, help="processes, and cores of the cluster")
     parser.add_argument("--turns", type=int, default=3)
     options = parser.parse_args(arguments)
-    if find_spec("ray") is None:
-        print("not run: expected the extra 'cluster' (pip install 'dyknow[cluster]')")
-        return
-    rows, ratios = list[list[str]](), list[float]()
+    turns = list[dict[str, float]]()
     with ExitStack() as closing:
         folder = Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="cluster_")))
         tracks = make_tracks(folder, options.seconds)
         place = closing.enter_context(running_server(folder / "server"))
-        address = closing.enter_context(running_cluster(options.workers))
+        plain = [*WORKER, "LOG", "--once"]
+        sides = {"plain": [plain] * options.workers, "one": [plain]}
+        if find_spec("ray") is None:
+            print("without Ray: expected the extra 'cluster' (pip install 'dyknow[cluster]')")
+        else:
+            address = closing.enter_context(running_cluster(options.workers))
+            sides["ray"] = [[*plain, "--cluster", address]]
         for turn in range(options.turns):
-            plain = [[*WORKER, "LOG", "--once"]] * options.workers
-            sides = {"plain": plain, "ray": [[*WORKER, "LOG", "--once", "--cluster", address]]}
             times_s = dict[str, float]()
             for side in sorted(sides, reverse=turn % 2 == 1):
                 log = new_database(place, f"{side}_{turn}")
                 add_jobs(log, tracks, options.jobs)
                 times_s[side] = _time_s([[log if word == "LOG" else word for word in one] for one in sides[side]])
                 _check_finished(log, options.jobs)
-            ratios.append(times_s["ray"] / times_s["plain"])
-            rows.append([str(turn + 1), f"{times_s['plain']:.1f}", f"{times_s['ray']:.1f}", f"{ratios[-1]:.3f}"])
-    each_s = statistics.median(float(row[1]) for row in rows) * options.workers / options.jobs
-    print(f"{options.jobs} jobs of {options.seconds:.0f} s of tracks, {each_s:.0f} s each by a plain worker")
-    print(format_table(TITLES, [*rows, ["median", "", "", f"{statistics.median(ratios):.3f}"]]), end="")
+            turns.append(times_s)
+    each_s = statistics.median(times_s["plain"] for times_s in turns) * options.workers / options.jobs
+    print(f"{options.jobs} jobs of {options.seconds:.0f} s of tracks, {each_s:.0f} s each by one of the plain workers")
+    print(_table(turns, list(sides)), end="")
+
+
+def _table(turns: Sequence[dict[str, float]], sides: Sequence[str]) -> str:
+    """Lay out what the sides took in each turn, and the medians of the ratios to the first side."""
+    first, *others = sides
+    ratios = {side: [times_s[side] / times_s[first] for times_s in turns] for side in others}
+    rows = [
+        [str(number), *(f"{turn[side]:.1f}" for side in sides), *(f"{ratios[side][number - 1]:.3f}" for side in others)]
+        for number, turn in enumerate(turns, start=1)
+    ]
+    medians = (f"{statistics.median(ratios[side]):.3f}" for side in others)
+    titles = ["turn", *(f"{side} s" for side in sides), *(f"{side}/{first}" for side in others)]
+    return format_table(titles, [*rows, ["median", *("" for _ in sides), *medians]])
 
 
 def make_tracks(folder: Path, seconds: float) -> Path:
@@ -133,7 +147,7 @@ def _answers(port: int) -> bool:
 
 def _time_s(commands: Sequence[Sequence[str]]) -> float:
     began_s = time.perf_counter()
-    workers = [subprocess.Popen(one, stderr=subprocess.DEVNULL) for one in commands]
+    workers = [subprocess.Popen(one, stderr=subprocess.DEVNULL, env=os.environ | ONE_THREAD) for one in commands]
     codes = [one.wait() for one in workers]
     assert codes == [0] * len(codes), f"expected workers that end with 0, got {codes}"
     return time.perf_counter() - began_s
