@@ -169,7 +169,7 @@ def _watch_job(taken: TakenJob, request: "LiveRequest", tell: Tell) -> bool:
     if is_interrupted:
         taken.give_back("")
         raise KeyboardInterrupt
-    _end(taken, "cancelled" if look.cancel_requested else "finished", "", tell)
+    _end(taken, "cancelled" if look.cancel_requested else "finished", look.text, tell)
     return True
 
 
