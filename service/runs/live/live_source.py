@@ -31,6 +31,10 @@ class Pipe(FileIO):
     ----------
     text : the path of a named pipe, or ``-`` for standard input.
     ended : set it so that whoever reads gets an end.
+
+    Attributes
+    ----------
+    has_come : whether there was anything to read.
     """
 
     def __init__(self, text: str, ended: threading.Event) -> None:
@@ -39,6 +43,7 @@ class Pipe(FileIO):
             os.dup(0) if text == "-" else text, opener=lambda path, how: os.open(path, how | os.O_NONBLOCK)
         )
         self._ended = ended
+        self.has_come = False
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Read what there is, at most so many bytes; nothing at the end."""
@@ -46,6 +51,7 @@ class Pipe(FileIO):
         while data is None and not self._ended.is_set():
             if select.select([self], [], [], LOOKED_EVERY_S)[0]:
                 data = super().read(size)
+        self.has_come |= bool(data)
         return data or b""
 
 
@@ -101,7 +107,8 @@ class LiveSource:
         try:
             container = self._opened()
         except (av.FFmpegError, OSError) as error:
-            raise InputError(f"{self.shown}: expected live video, got {what_came(error)}") from None
+            came = "nothing" if self._pipe and not self._pipe.has_come else what_came(error)
+            raise InputError(f"{self.shown}: expected live video, got {came}") from None
         stream = next(iter(container.streams.video), None)
         codec = "no video" if stream is None else stream.codec_context.name
         if stream is None or codec not in CARRIED:

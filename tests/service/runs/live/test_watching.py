@@ -291,6 +291,15 @@ def test_what_does_not_answer_is_told_in_a_line(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("data", "came"), [(b"", "got nothing"), (b"no video", "got Invalid data found")])
+def test_a_pipe_without_video_is_told_in_a_line(data: bytes, came: str, tmp_path: Path) -> None:
+    watch = [*WATCH, "-", "--log", str(tmp_path / "live.db"), "--recordings", str(tmp_path / "recordings")]
+    done = subprocess.run(watch, input=data, capture_output=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr.decode().startswith(f"error: -: expected live video, {came}")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_site_that_is_missing_is_told_before_anything_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
