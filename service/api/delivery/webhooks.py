@@ -130,7 +130,7 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
                 lock = database.lock(f"webhook-{webhook.name}")
                 stack.callback(lock.release)
                 log = stack.enter_context(open_log(log_url))
-                _Delivery(webhook, Deliveries(log), ended, tell).run(log, lock)
+                _Delivery(webhook, Deliveries(log), lock, ended, tell).run(log)
         except LogError as error:
             if not isinstance(error, RunBusyError):
                 tell(f"webhook {webhook.name}: {error}")
@@ -138,14 +138,17 @@ def _deliver(webhook: Webhook, log_url: str, ended: threading.Event, tell: Tell)
 
 
 class _Delivery:
-    def __init__(self, webhook: Webhook, deliveries: Deliveries, ended: threading.Event, tell: Tell) -> None:
-        self._webhook, self._deliveries, self._ended, self._tell = webhook, deliveries, ended, tell
+    def __init__(
+        self, webhook: Webhook, deliveries: Deliveries, lock: Lock, ended: threading.Event, tell: Tell
+    ) -> None:
+        self._webhook, self._deliveries, self._lock = webhook, deliveries, lock
+        self._ended, self._tell = ended, tell
         self._wanted, first_seq = webhook.asked
         self._seq = deliveries.begin(webhook.name, first_seq)  # all up to it is delivered, given up, or not wanted
 
-    def run(self, log: EventLog, lock: Lock) -> None:
+    def run(self, log: EventLog) -> None:
         """Deliver row by row, and in between what is to be tried once more, as long as no other server does."""
-        while not self._ended.is_set() and lock.is_held():
+        while not self._ended.is_set() and self._lock.is_held():
             for one in self._deliveries.undelivered(due_for=self._webhook.name):
                 self._deliveries.settle(one, post(self._webhook, one.seq, one.body))
             rows = find_rows(log, self._wanted, self._seq)
@@ -156,10 +159,10 @@ class _Delivery:
                 self._ended.wait(LOOKED_EVERY_S)
 
     def _settle(self, seq: int, body: str) -> bool:
-        """Deliver one event or give it up; False if the end came before."""
+        """Deliver one event or give it up; False if the end came before, or another server."""
         name, pause_s, message = self._webhook.name, 0.0, ""
         for attempt in range(1, self._webhook.attempts + 1):
-            if self._ended.wait(pause_s):
+            if self._ended.wait(pause_s) or not self._lock.is_held():
                 return False
             message = post(self._webhook, seq, body)
             if not message:
