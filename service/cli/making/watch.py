@@ -49,7 +49,7 @@ def watch(
     from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
     from service.runs.requests import GIGABYTE, HOUR_US, LiveRequest, RunRequest
-    from service.store.databases.location import shown
+    from service.store.databases.location import database_of, shown
 
     run = RunRequest(
         input=recordings,  # each recording in it, in turn
@@ -80,6 +80,7 @@ def watch(
     if queue:
         add_jobs([replace(request, input=kept_name(source))], log, "live", as_json=False)
         return
+    database_of(log).check_writable()  # before anything is recorded
     # The source's name is shown, so without a password.
     with progress_bar(without_password(source)) as on_progress:
         told = partial(print_summary, log=log, as_json=False)

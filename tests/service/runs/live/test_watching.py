@@ -311,6 +311,17 @@ def test_a_site_that_is_missing_is_told_before_anything_is_written(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_log_that_cannot_be_made_is_told_before_anything_is_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ["--log", str(tmp_path / "nowhere" / "live.db"), "--recordings", str(tmp_path / "recordings")]
+    with camera(b"") as url:
+        assert run_cli(["watch", url, *names]) == 3
+        socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2]))).close()  # it waits for a caller
+    assert f"expected an existing folder '{tmp_path}/nowhere'" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_file_is_for_another_command(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     names = ["--log", str(tmp_path / "live.db"), "--recordings", str(tmp_path / "recordings")]
     assert run_cli(["watch", str(scene / "video.mp4"), *names]) == 3
