@@ -106,7 +106,7 @@ def test_several_in_one_log_are_its_jobs_and_the_same_again_are_the_same_jobs(
     assert run(given) == 0
     *again, last = map(json.loads, capfd.readouterr().out.splitlines())
     assert {one["run"] for one in again} == runs
-    assert [one["message"] for one in again] == [one["message"] for one in told]
+    assert {one["message"] for one in again} == {one["message"] for one in told}
     assert [one.id for one in listed(log)] == first
     assert run([*given, "--queue"]) == 0
     assert [one.id for one in listed(log)] == first
