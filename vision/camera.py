@@ -21,6 +21,7 @@ from vision.detection.surfaces.surface import checked_polygons
 from vision.networks.box_detector import BoxDetector, Instant
 from vision.networks.box_eye import BoxEye
 from vision.networks.knowing_eye import KnowingEye
+from vision.networks.optical_flow import BoxFlow
 from vision.objects import BoolArray, FloatArray, IntArray, VisionObjects
 from vision.registration.mosaic import MosaicBackground
 from vision.registration.moving_raster import MovingEye, MovingGroundSurface
@@ -296,15 +297,23 @@ def fixed_camera(
     """
     settings = settings or VisionSettings()
     polygons_m = checked_polygons(road_polygons_m)
+    view = GroundView(pixel_from_ground, image_size_px, settings, lens)
+    is_low = knows is not None and is_slanting(view, polygons_m, settings)
     looks = None
     if knows is not None:
-        hz = settings.networks.looks_hz
         looks = BoxEye(
-            knows, polygons_m, image_size_px, settings, pixel_from_ground, lens=lens, looks_hz=hz, lanes=lanes
+            knows,
+            polygons_m,
+            image_size_px,
+            settings,
+            pixel_from_ground,
+            lens=lens,
+            looks_hz=settings.networks.looks_hz,
+            lanes=lanes,
+            flow=BoxFlow(settings.networks) if is_low else None,
         )
-    view = GroundView(pixel_from_ground, image_size_px, settings, lens)
     road = partial(FixedEye, pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
-    eye = _eye(road, looks, view, polygons_m, settings)
+    eye = _eye(road, looks, settings, is_low=is_low)
     if reach_m is None:
         return Camera([eye], None, settings)
 
@@ -419,20 +428,17 @@ def _moving_eye(
         return MovingEye(surface, MosaicBackground(surface.raster, settings), settings)
 
     view = GroundView(pixel_from_ground, image_size_px, settings)
-    return _eye(road, looks, view, polygons_m, settings)
+    is_low = knows is not None and is_slanting(view, polygons_m, settings)
+    return _eye(road, looks, settings, is_low=is_low)
 
 
 def _eye(
-    road: Callable[[], RoadEye],
-    looks: BoxEye[Frame] | None,
-    view: GroundView,
-    polygons_m: Sequence[FloatArray],
-    settings: VisionSettings,
+    road: Callable[[], RoadEye], looks: BoxEye[Frame] | None, settings: VisionSettings, *, is_low: bool
 ) -> Eye[Frame]:
     """See by motion; with a network by both on a map, and from low above the road by the network alone."""
     if looks is None:
         return road()
-    return looks if is_slanting(view, polygons_m, settings) else KnowingEye(road(), looks, settings)
+    return looks if is_low else KnowingEye(road(), looks, settings)
 
 
 def box_camera(

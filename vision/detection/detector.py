@@ -23,6 +23,14 @@ from vision.video.frames import ByteArray
 
 
 @dataclass(frozen=True, slots=True)
+class Velocities(Table):
+    """How fast things were seen to move, one row each: `mean_mps` (n, 2), nan where unknown; `noise` (n, 2, 2)."""
+
+    mean_mps: FloatArray
+    noise: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Detections(Table):
     """What was found in one frame, one row each.
 
@@ -38,6 +46,7 @@ class Detections(Table):
     cut : (n,) +1 where the view edge cuts the front, -1 the rear, 0 where the box is whole.
     borders_m : (n, 4) dark borders in front, behind, left, right (`shadow.py`); nan where not measured.
     weight : (n,) how much evidence for a vehicle each is, 1 for a usual one, below 0 against it; None for 1 each.
+    velocities : how fast they were seen to move; None if nobody followed them.
     """
 
     boxes: Boxes
@@ -49,6 +58,7 @@ class Detections(Table):
     cut: NDArray[np.int8]
     borders_m: FloatArray
     weight: FloatArray | None = None
+    velocities: Velocities | None = None
 
     def __len__(self) -> int:
         return len(self.owner)

@@ -34,6 +34,25 @@ class Instant(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Shifts(Table):
+    """How far the feet of boxes have moved in the picture, one row each.
+
+    Attributes
+    ----------
+    shift_px : (n, 2) x right, y down; nan where it is not known.
+    noise_px : (n,) standard deviation of each coordinate.
+    over_s : (n,) in which time.
+    """
+
+    shift_px: FloatArray
+    noise_px: FloatArray
+    over_s: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.over_s)
+
+
+@dataclass(frozen=True, slots=True)
 class ImageBoxes(Table):
     """Boxes in one picture, one row each.
 
@@ -47,6 +66,7 @@ class ImageBoxes(Table):
     class_number : (n,) row of `CLASS_NAMES`.
     is_weak : (n,) True if it is too unsure to count but where a vehicle is expected; None for nowhere.
     edge_share : (n,) standard deviation of the edges, as a part of the size; None for that of the settings.
+    shifts : how far their feet have moved of late; None for not known.
     """
 
     centre_px: FloatArray
@@ -57,6 +77,7 @@ class ImageBoxes(Table):
     class_number: IntArray
     is_weak: BoolArray | None = None
     edge_share: FloatArray | None = None
+    shifts: Shifts | None = None
 
     def __len__(self) -> int:
         return len(self.score)
@@ -116,6 +137,16 @@ class GroundBoxes(Table):
 
 
 InstantT_contra = TypeVar("InstantT_contra", bound=Instant, contravariant=True)
+
+
+class Flow(Protocol[InstantT_contra]):
+    """What follows boxes back to an instant before the look at which they were seen."""
+
+    def keep(self, instant: InstantT_contra, next_us: int) -> None:
+        """Take an instant at which nobody looks; the next look is due at `next_us`."""
+
+    def shifts(self, instant: InstantT_contra, boxes: ImageBoxes) -> Shifts | None:
+        """Say how far the boxes of a look have moved; None if that cannot be told of any."""
 
 
 class BoxDetector(Protocol[InstantT_contra]):

@@ -17,7 +17,7 @@ from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
 from vision.detection.parting.lanes import LaneStrip
 from vision.detection.surfaces.surface import road_area
-from vision.networks.box_detector import BoxDetector, GroundBoxes, ImageBoxes, Instant, whole_boxes
+from vision.networks.box_detector import BoxDetector, Flow, GroundBoxes, ImageBoxes, Instant, whole_boxes
 from vision.networks.detection_ground import ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import distance_to_boxes
@@ -48,6 +48,7 @@ class BoxEye(Eye[InstantT]):
     lens : bends the picture of the homography; None for a straight one.
     looks_hz : how often it looks; None for every instant.
     lanes : of the road, if they are known: what has never moved lies along them.
+    flow : follows boxes in the picture between looks, for their speeds; None for speeds by looks alone.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class BoxEye(Eye[InstantT]):
         lens: Lens | None = None,
         looks_hz: float | None = None,
         lanes: Sequence[LaneStrip] = (),
+        flow: Flow[InstantT] | None = None,
     ) -> None:
         self._detector = detector
         self._image_size_px = image_size_px
@@ -68,6 +70,7 @@ class BoxEye(Eye[InstantT]):
         self._standing = pixel_from_ground
         self._lens = lens
         self._lanes = lanes
+        self._flow = flow
         self._road = road_area(road_polygons_m).buffer(settings.road_margin_m)
         shapely.prepare(self._road)
         self._period_us = 0 if looks_hz is None else round(1_000_000 / looks_hz)
@@ -84,11 +87,17 @@ class BoxEye(Eye[InstantT]):
         """Find vehicles; None where the next look is due later. Instants come in order."""
         self._next_us = instant.t_us if self._next_us is None else self._next_us
         if instant.t_us < self._next_us:
+            if self._flow is not None:
+                self._flow.keep(instant, self._next_us)
             return None
         # By the clock and not from this look, or a period that is no multiple of a frame's would grow.
         due = 1 + (instant.t_us - self._next_us) // max(self._period_us, 1)
         self._next_us += due * self._period_us
-        return self._detector.detect(instant)
+        boxes = self._detector.detect(instant)
+        if isinstance(boxes, GroundBoxes):
+            return boxes
+        boxes = whole_boxes(boxes, self._image_size_px)
+        return boxes if self._flow is None else replace(boxes, shifts=self._flow.shifts(instant, boxes))
 
     def found(self, boxes: ImageBoxes | GroundBoxes | None, pixel_from_ground: FloatArray | None) -> FoundBoxes:
         """Join boxes with the map to the ground."""
@@ -119,10 +128,13 @@ class BoxEye(Eye[InstantT]):
             detections = ground_detections(found.boxes, expected, self._settings)
         else:
             assert self._view is not None, "boxes in pixels need a camera"
-            size_px = self._image_size_px
-            seen = whole_boxes(found.boxes, size_px)
             detections = image_detections(
-                seen, self._view, expected, image_size_px=size_px, settings=self._settings, lanes=self._lanes
+                found.boxes,
+                self._view,
+                expected,
+                image_size_px=self._image_size_px,
+                settings=self._settings,
+                lanes=self._lanes,
             )
         if self._period_us:
             detections = replace(detections, weight=self._settings.networks.look_evidence * detections.weights())

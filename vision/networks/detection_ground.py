@@ -10,14 +10,15 @@ across and along the picture is taken.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.detection.detector import Detections, Expected
+from vision.detection.detector import Detections, Expected, Velocities
 from vision.detection.parting.lanes import LaneStrip, lane_headings
-from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
+from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes, Shifts
 from vision.networks.settings import UsualSize
 from vision.networks.vehicle_fit import LONGEST_STEP_M, Ends, Guess, VehicleFit, heading_on_ground, pixels_by_metres
 from vision.objects import BoolArray, FloatArray, IntArray
@@ -80,6 +81,10 @@ def image_detections(
         cut=cut.astype(np.int8),
         weight=boxes.evidence(),
     )
+    if boxes.shifts is not None:
+        velocities = _velocities(boxes, boxes.shifts, view, settings)
+        velocities.mean_mps[cut != 0] = np.nan  # the foot is not seen
+        detections = replace(detections, velocities=velocities)
     return detections.select(view.metres_per_pixel(guess.footprint.centre_m) <= settings.max_metres_per_pixel)
 
 
@@ -118,6 +123,19 @@ def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSe
         cut=np.zeros(len(boxes), np.int8),
         weight=boxes.score,
     )
+
+
+def _velocities(boxes: ImageBoxes, shifts: Shifts, view: GroundView, settings: VisionSettings) -> Velocities:
+    """Turn shifts of feet in the picture into velocities on the ground."""
+    foot_px = np.column_stack([boxes.centre_px[:, 0], boxes.bounds_px()[:, 3]])
+    foot_m, is_ground = view.to_ground(foot_px)
+    before_m, was_ground = view.to_ground(foot_px - shifts.shift_px)
+    mean_mps = (foot_m - before_m) / shifts.over_s[:, None]
+    mean_mps[~(is_ground & was_ground)] = np.nan
+    to_ground = np.linalg.inv(pixels_by_metres(view, foot_m)) * (shifts.noise_px / shifts.over_s)[:, None, None]
+    share_mps = settings.networks.flow_share * np.nan_to_num(mean_mps)
+    noise = to_ground @ to_ground.transpose(0, 2, 1) + share_mps[:, :, None] * share_mps[:, None]
+    return Velocities(mean_mps, noise + settings.detection.position_noise_m**2 * np.eye(2))
 
 
 def _without_track(fit: VehicleFit, start_m: FloatArray, lanes: Sequence[LaneStrip]) -> tuple[Guess, BoolArray]:

@@ -49,6 +49,12 @@ class NetworkSettings:
     # A look is evidence for a vehicle as so many sightings by motion are, and against what it does not see; of a look
     # alone its score times as many.
     look_evidence: float = 2.0
+    # Points are followed from a look to the first frame so near before it. At 12.5 frames a second that is the one
+    # before; of more, one farther back, since what is measured per frame gets worse with their number.
+    flow_us: int = 100_000
+    # How well they are followed, and by which part of the speed the growth of a vehicle misleads.
+    flow_noise_px: float = 0.12
+    flow_share: float = 0.05
     # After a gap in a file, that long is told of as empty: enough for all tracks to end.
     told_gap_us: int = 2_000_000
     # What a file of a single moment says of the distance to the next one: that of frames of 25 Hz.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vision.detection.detector import Detections
+from vision.detection.detector import Detections, Velocities
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, axis
 from vision.tracking import kalman
@@ -29,6 +29,7 @@ class Sightings:
     divided : (m,) True if the blob was shared out.
     is_loose : (m,) True for whole boxes without an owner: they may be the part that shows of a hidden object.
     is_hidden : (n,) True for tracks of known size that were not seen in the frame before.
+    velocities : how fast they were seen to move, if anybody followed them.
     """
 
     boxes: Boxes
@@ -39,6 +40,7 @@ class Sightings:
     divided: BoolArray
     is_loose: BoolArray
     is_hidden: BoolArray
+    velocities: Velocities | None
 
 
 def sight(
@@ -86,6 +88,7 @@ def sight(
         divided=detections.divided,
         is_loose=(owner < 0) & ~is_cut,
         is_hidden=tracks.is_driving() & ~tracks.is_observed,
+        velocities=detections.velocities,
     )
 
 
@@ -172,6 +175,8 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
     squared = kalman.squared_distance(
         tracks.state[:, None], tracks.covariance[:, None], centre_m, sightings.noise[None]
     )
+    if sightings.velocities is not None:
+        squared = squared + _off_speed(tracks, sightings.velocities)
     shift_m = centre_m - tracks.seen_m[:, None]
     # The heading of a new track may point backwards, its course does not.
     ahead_m = np.einsum("nmk,nk->nm", shift_m, axis(tracks.course_rad()))
@@ -186,6 +191,16 @@ def costs(tracks: TrackTable, sightings: Sightings, now_us: int) -> tuple[FloatA
     forbidden = is_outside | (is_others & sightings.divided[None]) | (reverses & ~is_owner)
     cost = np.where(forbidden | is_far, np.inf, np.minimum(squared, limit) + limit * is_others)
     return cost, is_far & ~forbidden
+
+
+def _off_speed(tracks: TrackTable, velocities: Velocities) -> FloatArray:
+    """Compute what it costs that sightings move otherwise than tracks, (n, m); no more than a limit.
+
+    A part of what was followed may have been of a vehicle in front.
+    """
+    state, covariance = tracks.state[:, None, 2:], tracks.covariance[:, None, 2:, 2:]
+    squared = kalman.squared_distance(state, covariance, velocities.mean_mps[None], velocities.noise[None])
+    return np.nan_to_num(np.minimum(squared, tracks.settings.flow_sigmas**2))
 
 
 def _centres(tracks: TrackTable, sightings: Sightings) -> FloatArray:

@@ -8,6 +8,8 @@ import numpy as np
 
 from vision.objects import FloatArray
 
+POSITION, VELOCITY = slice(0, 2), slice(2, 4)
+
 
 def oriented_covariance(heading_rad: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
     """Build covariance matrices with given standard deviations along and across directions.
@@ -61,24 +63,25 @@ def predict(state: FloatArray, covariance: FloatArray, noise: FloatArray, dt_s: 
 
 
 def update(
-    state: FloatArray, covariance: FloatArray, measured_m: FloatArray, noise: FloatArray
+    state: FloatArray, covariance: FloatArray, measured: FloatArray, noise: FloatArray, part: slice = POSITION
 ) -> tuple[FloatArray, FloatArray]:
-    """Correct tracks by measured positions.
+    """Correct tracks by measured positions, or velocities.
 
     Parameters
     ----------
     state : (n, 4).
     covariance : (n, 4, 4).
-    measured_m : (n, 2).
+    measured : (n, 2).
     noise : (n, 2, 2) covariance of the measurement.
+    part : of the state that was measured.
 
     Returns
     -------
     State and covariance given the measurements.
     """
-    gain = covariance[:, :, :2] @ inverse(covariance[:, :2, :2] + noise)
-    corrected = state + (gain @ (measured_m - state[:, :2])[..., None])[..., 0]
-    shrunk = covariance - gain @ covariance[:, :2, :]
+    gain = covariance[:, :, part] @ inverse(covariance[:, part, part] + noise)
+    corrected = state + (gain @ (measured - state[:, part])[..., None])[..., 0]
+    shrunk = covariance - gain @ covariance[:, part, :]
     return corrected, (shrunk + shrunk.transpose(0, 2, 1)) / 2
 
 

@@ -51,6 +51,8 @@ class TrackingSettings:
     new_along_mps: float = 20.0
     new_across_mps: float = 4.0
     clear_elongation: float = 1.8
+    # How fast something was seen to move is the speed of something else where it is off by more standard deviations.
+    flow_sigmas: float = 3.0
     # Detections needed before a track is shown; this share of them is enough for what was seen for `long_seen_us`.
     confirm_hits: int = 4
     long_seen_us: int = 150_000

@@ -192,7 +192,8 @@ class Tracker:
         is_gauge = tracks.is_confirmed[rows] & tracks.is_sized()[rows] & is_alone & ~is_cut
         self._noise_level.learn(squared[is_gauge & ~room.any(axis=(1, 2))], self._seen_us)
         noise = self._worth() * noise * doubt(squared, self._settings.gate_sigmas)[:, None, None] + room
-        corrected, tracks.covariance[rows] = kalman.update(state, covariance, centre_m, noise)
+        corrected, covariance = kalman.update(state, covariance, centre_m, noise)
+        corrected, tracks.covariance[rows] = self._by_speed(corrected, covariance, sightings, chosen)
         tracks.state[rows] = self._inert(rows, state, corrected)
         tracks.turn_ahead()
         is_whole, is_growing = is_alone & ~is_cut, is_alone & is_cut & (tracks.sized_us[rows] == 0)
@@ -210,6 +211,22 @@ class Tracker:
         tracks.seen_m[rows] = tracks.state[rows, :2]
         tracks.is_observed[rows] = True
         tracks.is_clipped[rows] = is_cut
+
+    def _by_speed(
+        self, state: FloatArray, covariance: FloatArray, sightings: Sightings, chosen: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Correct states by how fast chosen sightings, one each, were seen to move."""
+        if sightings.velocities is None:
+            return state, covariance
+        velocities = sightings.velocities.select(chosen)
+        rows = np.flatnonzero(~np.isnan(velocities.mean_mps).any(axis=1))
+        seen_mps, noise = velocities.mean_mps[rows], velocities.noise[rows]
+        squared = kalman.squared_distance(state[rows, 2:], covariance[rows, 2:, 2:], seen_mps, noise)
+        # What moves quite otherwise is what is in front of it.
+        is_own = squared <= self._settings.flow_sigmas**2
+        rows, seen_mps, noise = rows[is_own], seen_mps[is_own], noise[is_own]
+        state[rows], covariance[rows] = kalman.update(state[rows], covariance[rows], seen_mps, noise, kalman.VELOCITY)
+        return state, covariance
 
     def _worth(self) -> float:
         """Give the factor on the noise of a sighting that stands for more time, or less, than it claims."""
@@ -316,11 +333,13 @@ class Tracker:
         across_mps = np.where(is_clear, settings.new_across_mps, settings.new_along_mps)
         along_mps = np.full(count, settings.new_along_mps)
         covariance[:, 2:, 2:] = kalman.oriented_covariance(boxes.heading_rad, along_mps, across_mps)
+        state = np.column_stack([centre_m, np.zeros((count, 2))])
+        state, covariance = self._by_speed(state, covariance, sightings, chosen)
         is_whole = detections.cut[chosen] == 0
         return TrackTable(
             settings=settings,
             number=np.full(count, -1),
-            state=np.column_stack([centre_m, np.zeros((count, 2))]),
+            state=state,
             covariance=covariance,
             heading_rad=boxes.heading_rad.copy(),
             length_m=np.where(is_whole, boxes.length_m, np.maximum(boxes.length_m, self._usual_m[0])),

@@ -12,10 +12,11 @@ from tests.turned import unnoticed, without_scene
 from tests.vision.detection.test_settings import Outcome, boxes_of, differs, in_room
 from tests.vision.networks.test_detection_ground import NOTHING, SIZE_PX, FloatArray, drawn, projection_of, slanted
 from tests.vision.networks.test_knowing_eye import driving, watch_traffic, with_stranger
-from tests.vision.support import make_boxes, top_view
+from tests.vision.support import make_boxes, make_frame, top_view
 from vision.detection.detector import Detections
 from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
 from vision.networks.detection_ground import image_detections
+from vision.networks.optical_flow import BoxFlow
 from vision.networks.settings import NetworkSettings, UsualSize
 from vision.networks.stored_detections import StoredDetections, StoredInstant
 from vision.road.view import GroundView
@@ -81,6 +82,22 @@ def doubted_stranger(settings: VisionSettings) -> Outcome:
         yield np.array([len(one.ids) for one in results], np.float64)
 
 
+def followed_box(settings: VisionSettings) -> Outcome:
+    """Follow a box over frames that come fast, and put its speed on the ground."""
+    texture = np.random.default_rng(4).integers(0, 256, SIZE_PX[::-1]).astype(np.float64)
+    flow, last_us = BoxFlow(settings.networks), 240_000
+    frames = [make_frame(np.roll(texture, k, axis=0), t_us=30_000 * k) for k in range(9)]
+    for frame in frames[:-1]:
+        flow.keep(frame, last_us)
+    box = drawn(CAMERA, make_boxes([(0.0, 60.0, np.pi / 2, 4.5, 1.8)]))
+    shifts = flow.shifts(frames[-1], box)
+    assert shifts is not None
+    yield shifts.over_s
+    velocities = detect(replace(box, shifts=shifts), settings).velocities
+    assert velocities is not None
+    yield velocities.noise.ravel()
+
+
 SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     drawn_boxes: "edge_noise_px edge_noise_share smallest_m",
     nearly_square: "explained_sigmas better_sigmas",
@@ -88,6 +105,7 @@ SCENES: dict[Callable[[VisionSettings], Outcome], str] = {
     gap_in_a_file: "told_gap_us",
     single_moment: "usual_step_us",
     doubted_stranger: "looks_hz look_evidence",
+    followed_box: "flow_us flow_noise_px flow_share",
 }
 
 

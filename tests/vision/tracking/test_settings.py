@@ -13,7 +13,7 @@ from tests.turned import unnoticed, without_scene
 from tests.vision.support import FloatArray
 from tests.vision.tracking.test_tracker import STEP_US, Row, detect, everywhere, names
 from vision.camera import Camera
-from vision.detection.detector import Expected
+from vision.detection.detector import Expected, Velocities
 from vision.detection.eye import Eye
 from vision.detection.fusion import Channel
 from vision.networks.box_detector import Instant
@@ -222,6 +222,19 @@ def fast_newcomers(settings: TrackingSettings) -> object:
     return np.floor(told.centre_m[:, 1] / 80).tolist()
 
 
+def cars_followed_wrongly(settings: TrackingSettings) -> object:
+    """See cars whose speeds are said to be off by more and more: whose are believed?"""
+    watch = Watch(settings)
+    for k in range(20):
+        told = watch.see(*(car(0.6 * k, 20 * i) for i in range(12)))
+    mean_mps = np.column_stack([15.0 + np.arange(12), np.zeros(12)])
+    velocities = Velocities(mean_mps, np.broadcast_to(0.5 * np.eye(2), (12, 2, 2)))
+    rows = [car(12.0, 20 * i) for i in range(12)]
+    watch.tracker.predict(20 * STEP_US)
+    told = watch.tracker.update(replace(detect(rows), velocities=velocities))
+    return [tenth(one) for one in told.velocity_mps[:, 0]]
+
+
 def newcomers(settings: TrackingSettings) -> object:
     """See cars at 25, 10 and 5 frames a second, surely or not: when are they shown?"""
     shown = []
@@ -401,6 +414,7 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
     things_of_all_sizes: ("min_length_m", "max_length_m", "max_width_m"),
     inexact_newcomer: ("new_along_mps",),
     fast_newcomers: ("new_across_mps", "clear_elongation"),
+    cars_followed_wrongly: ("flow_sigmas",),
     newcomers: ("confirm_hits", "long_seen_us", "long_seen_share"),
     standing_things: ("confirm_shift_m",),
     standing_car: ("standing_us",),
