@@ -18,7 +18,7 @@ from vision.detection.fusion import Channel
 from vision.detection.parting.lanes import LaneStrip
 from vision.detection.surfaces.surface import road_area
 from vision.networks.box_detector import BoxDetector, Flow, GroundBoxes, ImageBoxes, Instant, whole_boxes
-from vision.networks.detection_ground import ground_detections, image_detections
+from vision.networks.detection_ground import farther, ground_detections, image_detections
 from vision.objects import BoolArray, FloatArray
 from vision.road.boxes import distance_to_boxes
 from vision.road.view import GroundView, Lens
@@ -147,7 +147,7 @@ class BoxEye(Eye[InstantT]):
         if pixel_from_ground is None or (self._matrix is not None and np.array_equal(pixel_from_ground, self._matrix)):
             return
         self._matrix = pixel_from_ground
-        self._view = GroundView(pixel_from_ground, self._image_size_px, self._settings, self._lens)
+        self._view = GroundView(pixel_from_ground, self._image_size_px, farther(self._settings), self._lens)
 
     def _on_road(self, points_m: FloatArray) -> BoolArray:
         return np.asarray(shapely.contains_xy(self._road, points_m), np.bool_)

@@ -23,7 +23,7 @@ from vision.networks.settings import UsualSize
 from vision.networks.vehicle_fit import LONGEST_STEP_M, Ends, Guess, VehicleFit, heading_on_ground, pixels_by_metres
 from vision.objects import BoolArray, FloatArray, IntArray
 from vision.road.boxes import Boxes, axis, distance_to_boxes
-from vision.road.kinds import heights_m
+from vision.road.kinds import CAR, TRUCK, heights_m
 from vision.road.view import GroundView
 from vision.settings import VisionSettings
 
@@ -85,7 +85,20 @@ def image_detections(
         velocities = _velocities(boxes, boxes.shifts, view, settings)
         velocities.mean_mps[cut != 0] = np.nan  # the foot is not seen
         detections = replace(detections, velocities=velocities)
-    return detections.select(view.metres_per_pixel(guess.footprint.centre_m) <= settings.max_metres_per_pixel)
+    return detections.select(view.metres_per_pixel(guess.footprint.centre_m) <= _coarsest_m(guess.footprint, settings))
+
+
+def farther(settings: VisionSettings) -> VisionSettings:
+    """Look as far as lorries are seen as large as cars are where these are looked at last."""
+    largest = Boxes(np.zeros((1, 2)), np.zeros(1), np.array([TRUCK.length_m]), np.array([TRUCK.width_m]))
+    return replace(settings, max_metres_per_pixel=float(_coarsest_m(largest, settings)[0]))
+
+
+def _coarsest_m(footprints: Boxes, settings: VisionSettings) -> FloatArray:
+    """Say how many metres a pixel may be, (n,), where bodies are still as large in the picture as the smallest cars."""
+    area_m2 = footprints.width_m * heights_m(footprints.length_m)
+    size = np.sqrt(area_m2 / (CAR.width_m * CAR.height_m))
+    return np.asarray(settings.max_metres_per_pixel * np.maximum(size, 1.0))
 
 
 def ground_detections(boxes: GroundBoxes, expected: Expected, settings: VisionSettings) -> Detections:

@@ -12,8 +12,8 @@ from tests.cases import seeds
 from tests.vision.support import make_boxes, top_view
 from vision.detection.detector import Detections, Expected
 from vision.detection.parting.lanes import LaneStrip
-from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes
-from vision.networks.detection_ground import ground_detections, image_detections
+from vision.networks.box_detector import CLASS_NAMES, GroundBoxes, ImageBoxes, Shifts
+from vision.networks.detection_ground import farther, ground_detections, image_detections
 from vision.networks.vehicle_fit import Ends
 from vision.road.boxes import Boxes
 from vision.road.view import GroundView
@@ -327,3 +327,41 @@ def test_boxes_in_metres_are_filled_in() -> None:
     assert found.boxes.length_m.tolist() == [12.0, 6.0, 12.0]
     assert found.directed.tolist() == [True, True, False]
     assert found.elongation[2] == 1.0
+
+
+def test_shift_of_the_foot_is_the_velocity_on_the_ground() -> None:
+    camera = slanted(8.0, 0.15, 1000.0)
+    before, now = (drawn(camera, make_boxes([(2.0, y_m, np.pi / 2, 4.5, 1.8)])) for y_m in (40.0, 42.0))
+    feet_px = [one.centre_px + [0.0, 0.5] * one.size_px for one in (before, now)]
+    shifts = Shifts(feet_px[1] - feet_px[0], np.array([0.1]), np.array([0.08]))
+    velocities = detect(camera, replace(now, shifts=shifts)).velocities
+    assert velocities is not None
+    assert velocities.mean_mps[0] == pytest.approx([0.0, 25.0], abs=0.5)
+    sight, least_mps = view_of(camera).sight(np.array([[2.0, 39.75]])), SETTINGS.detection.position_noise_m
+    across_mps, along_mps = (metres[0] * 0.1 / 0.08 for metres in (sight.across_m, sight.along_m))
+    along_mps = np.hypot(along_mps, SETTINGS.networks.flow_share * 25.0)
+    expected_mps = np.hypot([across_mps, along_mps], least_mps)
+    assert np.sqrt(np.diag(velocities.noise[0])) == pytest.approx(expected_mps, rel=0.05)
+
+
+def test_shift_of_a_vehicle_that_goes_on_below_the_picture_tells_nothing() -> None:
+    camera = slanted(8.0, 0.15, 1000.0)
+    vehicle = drawn(camera, make_boxes([(0.0, 26.0, np.pi / 2, 4.5, 1.8)]))
+    cut = replace(vehicle, size_px=2 * (SIZE_PX[1] - vehicle.centre_px[:, 1:]) * [[0.5, 1.0]])
+    shifts = Shifts(np.array([[1.0, 2.0]]), np.array([0.1]), np.array([0.08]))
+    velocities = detect(camera, replace(cut, shifts=shifts)).velocities
+    assert velocities is not None
+    assert np.isnan(velocities.mean_mps).all()
+
+
+def test_lorries_are_told_from_the_road_farther_away_than_cars() -> None:
+    camera = slanted(8.0, 0.08, 1200.0)
+    view = view_of(camera)
+    ahead_m = np.arange(50.0, 400.0)
+    scale_m = view.metres_per_pixel(np.column_stack([np.zeros(len(ahead_m)), ahead_m]))
+    far_m = ahead_m[np.searchsorted(scale_m, 1.1 * SETTINGS.max_metres_per_pixel)]
+    car, lorry = (make_boxes([(0.0, far_m, np.pi / 2, *size_m)]) for size_m in ((4.5, 1.8), (10.0, 2.5)))
+    assert len(detect(camera, drawn(camera, car))) == 0
+    assert len(detect(camera, drawn(camera, lorry, height_m=3.3, name="truck"))) == 1
+    assert not view.sees(lorry.centre_m)[0]
+    assert GroundView(camera[:, [0, 1, 3]], SIZE_PX, farther(SETTINGS)).sees(lorry.centre_m)[0]
