@@ -93,7 +93,7 @@ def test_several_in_one_log_are_its_jobs_and_the_same_again_are_the_same_jobs(
         (tmp_path / name).mkdir()
         first_seconds(scene, tmp_path / name, seconds)
     log = tmp_path / "a.db"
-    given = ["process", str(tmp_path / "*" / "a.csv"), "--log", str(log), "--json"]
+    given = ["process", str(tmp_path / "*" / "a.csv"), "--log", str(log), "--json", "--jobs", "1"]
     assert run(given) == 0
     *told, last = map(json.loads, capfd.readouterr().out.splitlines())
     assert last == {"type": "summary", "inputs": 2, "finished": 2}

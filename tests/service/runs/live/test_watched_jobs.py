@@ -93,7 +93,7 @@ def test_what_does_not_answer_waits_and_is_watched_once_it_does(sent: bytes, sce
     wrong.mkdir()
     (wrong / "site.toml").write_text("no table")
     folder.symlink_to(wrong)
-    assert queue(str(pipe), log, tmp_path, "--site", str(folder / "site.toml")) == 0
+    assert queue(str(pipe), log, tmp_path, "--site", str(folder / "site.toml"), "--workers", "0") == 0
     assert only_job(log).input == str(pipe)
 
     def mend() -> None:
@@ -146,7 +146,7 @@ def test_a_pipe_that_nothing_comes_through_can_be_cancelled(tmp_path: Path, has_
 def test_a_pipe_that_falls_silent_can_be_cancelled(sent: bytes, scene: Path, tmp_path: Path) -> None:
     pipe, log = tmp_path / "pipe.ts", str(tmp_path / "live.db")
     os.mkfifo(pipe)
-    assert queue(str(pipe), log, tmp_path, "--site", str(scene / "site.toml")) == 0
+    assert queue(str(pipe), log, tmp_path, "--site", str(scene / "site.toml"), "--workers", "0") == 0
 
     def send() -> None:
         with pipe.open("wb", buffering=0) as writer:

@@ -94,9 +94,12 @@ def answering(serve: Callable[[Callable[[], socket.socket]], None]) -> Iterator[
 
 
 @contextmanager
-def watching(url: str, scene: Path, folder: Path, watch: Sequence[str] = WATCH) -> Iterator["subprocess.Popen[bytes]"]:
+def watching(
+    url: str, scene: Path, folder: Path, watch: Sequence[str] = WATCH, workers: str = "0"
+) -> Iterator["subprocess.Popen[bytes]"]:
     names = ["--log", folder / "live.db", "--recordings", folder / "recordings", "--site", scene / "site.toml"]
-    program = subprocess.Popen([*watch, url, *map(str, names)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    command = [*watch, url, *map(str, names), "--workers", workers]
+    program = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
     with program:
         try:
             yield program
@@ -131,7 +134,7 @@ def reprocessed(folder: Path, scene: Path) -> Path:
     """Process the recordings into a log of their own."""
     log = folder / "again.db"
     for recording in recordings(folder):
-        assert process(RunRequest(recording, scene / "site.toml", str(log), workers=1)).status == "finished"
+        assert process(RunRequest(recording, scene / "site.toml", str(log))).status == "finished"
     return log
 
 
@@ -190,7 +193,7 @@ def test_a_pipe_that_is_over_is_the_end(sent: bytes, scene: Path, tmp_path: Path
     os.mkfifo(tmp_path / "pipe.ts")
     writer = threading.Thread(target=lambda: (tmp_path / "pipe.ts").write_bytes(sent))
     writer.start()
-    with watching(str(tmp_path / "pipe.ts"), scene, tmp_path) as program:
+    with watching(str(tmp_path / "pipe.ts"), scene, tmp_path, workers="auto") as program:
         program.communicate()
     writer.join()
     assert program.returncode == 0
