@@ -71,9 +71,10 @@ def order_flips(played: Clip) -> list[Flip]:
     steps = [dict(placed) for placed in _placed(played)]
     flips: list[Flip] = []
     for before, now, step in zip(steps, steps[1:], played.states[1:], strict=False):
-        for a in now:
-            for b in now:
-                if a == b or a not in before or b not in before:
+        stay = [one for one in now if one in before]
+        for a in stay:
+            for b in stay:
+                if a == b or now[a][1] < now[b][1]:
                     continue
                 same_road = len({before[a][0], before[b][0], now[a][0], now[b][0]}) == 1
                 if same_road and before[a][1] < before[b][1] and now[a][1] >= now[b][1]:

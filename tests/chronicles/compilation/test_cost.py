@@ -63,8 +63,15 @@ def bounds(plan: Plan, rates_hz: dict[str, float], keys: int) -> dict[int, int]:
     return {sum(1 << position_of[label] for label in row.points): row.instances for row in rows}
 
 
-@pytest.mark.parametrize("text", [FOUR, APART], ids=["joined", "apart"])
-@pytest.mark.parametrize("keys", [1, 3])
+@pytest.mark.parametrize(
+    ("text", "keys"),
+    [
+        pytest.param(FOUR, 1, id="joined-1"),
+        pytest.param(APART, 3, id="apart-3"),
+        pytest.param(FOUR, 3, id="joined-3", marks=pytest.mark.slow),
+        pytest.param(APART, 1, id="apart-1", marks=pytest.mark.slow),
+    ],
+)
 @seeds(range(6), kept=1)
 def test_no_stream_of_the_stated_rates_holds_more_instances(text: str, keys: int, seeds: range) -> None:
     plan = load(text).plans[0]

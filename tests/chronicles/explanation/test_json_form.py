@@ -35,7 +35,7 @@ def test_explanation_with_an_emitter_fits_the_schema() -> None:
 
 
 def test_explanations_of_random_chronicles_fit_the_schema() -> None:
-    for seed in range(3000, 3060):
+    for seed in range(3000, 3030):
         chronicles, events = accepted_case(seed)
         assert fits(why_not(chronicles, chronicles.names[-1], events)) == [], seed
         for found in recognise(chronicles, events)[:2]:

@@ -1,6 +1,7 @@
 """Every error: its code, its place, its words, and that the mended text is accepted."""
 
 import re
+from functools import cache
 from importlib.resources import files
 
 import pytest
@@ -14,8 +15,12 @@ from tests.dyknow.kpl.faults_of_meaning import MEANING
 from tests.dyknow.kpl.faults_of_words import HEAD, WORDS, Fault
 
 FAULTS = WORDS | MEANING
-GRAMMAR = Lark(files("dyknow.kpl").joinpath("kpl.lark").read_text("utf-8"), parser="lalr", start="file")
-TERMINALS = {terminal.name for terminal in GRAMMAR.terminals}
+
+
+@cache
+def terminals() -> set[str]:
+    grammar = Lark(files("dyknow.kpl").joinpath("kpl.lark").read_text("utf-8"), parser="lalr", start="file")
+    return {terminal.name for terminal in grammar.terminals}
 
 
 def errors_of(text: str) -> tuple[Diagnostic, ...]:
@@ -48,7 +53,7 @@ def test_mended_text_is_accepted(fault: Fault) -> None:
 @for_each("fault", FAULTS)
 def test_no_name_of_a_terminal_leaks(fault: Fault) -> None:
     for found in errors_of(place_of(fault.bad)[0]):
-        assert not TERMINALS & set(re.findall(r"\w+", found.message + found.hint))
+        assert not terminals() & set(re.findall(r"\w+", found.message + found.hint))
 
 
 def test_all_errors_of_a_text_come_in_one_go_in_the_order_of_their_places() -> None:
