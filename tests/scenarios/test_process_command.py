@@ -7,7 +7,8 @@ import pytest
 
 from service.cli.app import run
 from service.store.log import open_log
-from tests.conftest import SECONDS, Demo
+from tests.conftest import Demo
+from tests.service.conftest import first_seconds
 
 GOLDEN_CLIP = Path(__file__).parents[1] / "golden" / "rural_video"
 
@@ -96,10 +97,11 @@ def test_trajectory_file_without_its_columns(capsys: pytest.CaptureFixture[str],
 
 
 def test_json_progress_ends_with_a_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
-    assert process(scene / "truth.csv", "--site", scene / "site.toml", "--log", tmp_path / "log.db", "--json") == 0
+    tracks = first_seconds(scene, tmp_path, 4)
+    assert process(tracks, "--site", scene / "site.toml", "--log", tmp_path / "log.db", "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["type"] for line in lines[:-1]} <= {"progress"}
-    assert (lines[-1]["type"], lines[-1]["status"], lines[-1]["frames"]) == ("summary", "finished", 25 * SECONDS)
+    assert (lines[-1]["type"], lines[-1]["status"], lines[-1]["frames"]) == ("summary", "finished", 25 * 4)
 
 
 def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
@@ -108,7 +110,8 @@ def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path
         "message met[?a, ?b] { ?a in Car ?b in Car }\n"
         "chronicle met[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) when recognised { emit met[?a, ?b] } }"
     )
-    assert process(scene / "truth.csv", "--site", scene / "site.toml", "--log", log, "--chronicles", chronicle) == 0
+    tracks = first_seconds(scene, tmp_path, 4)
+    assert process(tracks, "--site", scene / "site.toml", "--log", log, "--chronicles", chronicle) == 0
     capsys.readouterr()
     assert run(["events", str(log), "--format", "jsonl", "--limit", "1"]) == 0
     assert json.loads(capsys.readouterr().out)["type"] == "met"
@@ -128,7 +131,7 @@ def test_interrupt_keeps_what_was_found(
 ) -> None:
     from service.runs import processing as runs
 
-    frames = iter(range(300))
+    frames = iter(range(100))
 
     def count(meter: runs._Meter, t_us: int) -> None:
         if next(frames, None) is None:

@@ -83,7 +83,7 @@ def test_dating_names_back_adds_rows_of_cars_with_which_their_relations_begin(tm
     folder = Path(__file__).parents[2] / "golden" / "junction_tracks"
     site = (folder / "site.toml").read_text().replace('"network', f'"{folder}/network')
     header, *rows = (folder / "tracks.csv").read_text().splitlines()
-    early = [row for row in rows if int(row.split(",")[header.split(",").index("t_us")]) < 15_000_000]
+    early = [row for row in rows if int(row.split(",")[header.split(",").index("t_us")]) < 10_000_000]
     (tmp_path / "tracks.csv").write_text("\n".join([header, *early, ""]))
     logs = []
     for text in ("", "[anchoring]\nname_back_us = 0\n"):

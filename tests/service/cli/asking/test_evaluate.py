@@ -14,9 +14,9 @@ FAR = json.dumps(
 )
 
 
-@pytest.fixture
-def log(tmp_path: Path) -> str:
-    return run_race(tmp_path, "")
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return run_race(tmp_path_factory.mktemp("race"), "")
 
 
 def truth(folder: Path, *lines: str) -> str:

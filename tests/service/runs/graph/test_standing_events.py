@@ -93,7 +93,7 @@ def judged(events: Sequence[EventRecord]) -> list[object]:
 
 def test_an_event_is_true_in_the_first_state_at_or_after_its_end(tmp_path: Path) -> None:
     """Evaluate two monitors slowly, from the events, frames and cars of the log alone."""
-    header, lines = first_rows(seconds=20)
+    header, lines = first_rows(seconds=16)
     url = run_junction(tmp_path, ASKING, written(tmp_path, "tracks.csv", "\n".join([header, *lines, ""])))
     with open_log(url) as log:
         frames_us = [t_us for _, t_us in log.frames(log.run().id)]
