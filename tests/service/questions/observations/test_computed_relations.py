@@ -27,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Make tracks of a road, a log of them that watched all relations, and one that watched one."""
     folder = tmp_path_factory.mktemp("tracks")
     tracks = folder / "tracks.csv"
-    assert run(["trajectories", "rural_overtaking", "--out", str(tracks), "--seed", "3", "--seconds", "40"]) == 0
+    assert run(["trajectories", "rural_overtaking", "--out", str(tracks), "--seed", "3", "--seconds", "34"]) == 0
     every = [
         f"chronicle w_{name}[?x](t1) {{ event({name}[?x{args[args.index(',') :] if ',' in args else ']'}:(?, ?), t1) }}"
         for name, args in ATTRIBUTES

@@ -36,7 +36,7 @@ from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
 from vision.errors import VisionError
 from vision.settings import VisionSettings
 
-LOOKED_AT = FRAMES // 2
+LOOKED_AT = FRAMES // 3
 NO_CAR = "[vision.tracking]\nmin_length_m = 29\n"  # no vehicle is as long as that
 NO_VIEW = "[vision.registration]\nleast_inliers = 1000\n"  # there are not so many corners
 
