@@ -21,7 +21,7 @@ from service.store.databases.database import Database
 from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.registers.jobs import Jobs
-from tests.service.api.processes.test_long_questions import begin
+from tests.service.api.processes.acting import begin
 from tests.service.http import Client, serving
 from tests.service.logs import overtake, write_log
 

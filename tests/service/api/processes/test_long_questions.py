@@ -3,11 +3,7 @@
 import asyncio
 import os
 import pickle
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import anyio
 import httpx
@@ -20,21 +16,11 @@ from service.api.processes.pool import ProcessPool
 from service.api.processes.questions import why, why_not
 from service.errors import LogError, QueryError, UnansweredError
 from service.questions.recognition.explaining import AbsenceQuestion
+from tests.service.api.processes.acting import begin, end, stay
 from tests.service.http import Client
 from tests.service.logs import write_log
 
 _NO_QUESTION = AbsenceQuestion(chronicle="nothing", roles={})
-
-
-@dataclass(frozen=True, slots=True)
-class Acting:
-    """An event's name that does something in the process that reads it."""
-
-    action: Callable[[Any], object]  # Any: whatever the action takes
-    argument: object
-
-    def __reduce__(self) -> tuple[Callable[[Any], object], tuple[object]]:
-        return self.action, (self.argument,)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +43,7 @@ def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
 ) -> None:
     monkeypatch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 0.5)
     with Client(create_app(str(log), shipped=[])) as client:
-        monkeypatch.setattr(f"service.api.routes.{name}", _stay)
+        monkeypatch.setattr(f"service.api.routes.{name}", stay)
         answer = client.get(f"/api/v1/events/{path}")
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "1")
         told = msgspec.json.decode(answer.content, type=Problem)
@@ -72,7 +58,7 @@ def test_a_process_that_is_ended_from_outside_is_a_problem_and_the_next_is_there
     async def ask() -> None:
         pool = ProcessPool(str(log))
         with pytest.raises(UnansweredError, match="a process that was ended"):
-            await pool.ask(why, Acting(os._exit, 1))  # type: ignore[arg-type]  # ends it where it is read
+            await pool.ask(end)
         assert await pool.ask(why, "r1-99") is None
 
     asyncio.run(ask())
@@ -96,7 +82,7 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
     async def ask() -> None:
         pool = ProcessPool(str(log))
         begun = [tmp_path / f"begun{number}" for number in range(os.cpu_count() or 1)]
-        long = [asyncio.create_task(pool.ask(why, Acting(begin, str(one)))) for one in begun]  # type: ignore[arg-type]
+        long = [asyncio.create_task(pool.ask(begin, str(one))) for one in begun]
         while not all(one.exists() for one in begun):
             await asyncio.sleep(0.01)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
@@ -108,14 +94,3 @@ def test_others_are_answered_while_a_question_takes_long(log: Path, tmp_path: Pa
         await asyncio.gather(*long, return_exceptions=True)
 
     asyncio.run(ask())
-
-
-def _stay(*_: object, **__: object) -> None:
-    """Take an hour, in place of an answer."""
-    time.sleep(3600.0)
-
-
-def begin(*told: str) -> None:
-    """Say that a process came here, by a file that is named last, and stay."""
-    Path(told[-1]).touch()
-    time.sleep(3600.0)
