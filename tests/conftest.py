@@ -5,7 +5,7 @@ import fcntl
 import gc
 import io
 import os
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -71,21 +71,35 @@ def one_loop() -> Iterator[None]:
     close_loop()
 
 
-@pytest.fixture(scope="session")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
-    """Make the demo once for all workers of pytest-xdist; nobody writes into it."""
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "demo"
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], str]) -> tuple[Path, str]:
+    """Let one of all workers of pytest-xdist make what is in a folder, into which nobody else writes.
+
+    Returns
+    -------
+    The folder, and what `make` said.
+    """
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
     folder.mkdir(exist_ok=True)
-    told = folder / "printed.txt"  # written last: with it the demo is whole
+    said = folder / "said.txt"  # written last: with it the folder is whole
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not told.exists():
-            printed = io.StringIO()
-            with contextlib.redirect_stdout(printed):
-                assert run(["demo", "--out", str(folder), "--seconds", str(SECONDS)]) == 0
-            told.write_text(printed.getvalue(), encoding="utf-8")
-    return Demo(folder, told.read_text(encoding="utf-8"))
+        if not said.exists():
+            said.write_text(make(folder), encoding="utf-8")
+    return folder, said.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Demo:
+    """Make the demo."""
+
+    def make(folder: Path) -> str:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            assert run(["demo", "--out", str(folder), "--seconds", str(SECONDS)]) == 0
+        return printed.getvalue()
+
+    return Demo(*made_once(tmp_path_factory, "demo", make))
 
 
 @pytest.fixture(scope="session")
@@ -98,6 +112,7 @@ def tracks_log(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Process the true trajectories of the scene; nobody writes into their log."""
     from service.runs.processing import RunRequest, process
 
-    path = tmp_path_factory.mktemp("tracks") / "log.db"
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(path)))
-    return path
+    def make(folder: Path) -> str:
+        return process(RunRequest(scene / "truth.csv", scene / "site.toml", str(folder / "log.db"))).status
+
+    return made_once(tmp_path_factory, "tracks_log", make)[0] / "log.db"

@@ -21,7 +21,7 @@ FRAME_S, PLACE_M = 0.04, 0.05
 MASKED = {"id", "run", "version", "next_cursor", "as_of_seq", "spans_us"}
 GOLDEN_CLIP = ROOT / "tests" / "golden" / "rural_video"
 # What a reader would wait for, and where a test need not.
-SHORTER = {"240": ["4"], "drawn.mp4": ["drawn.mp4", "--to", "1s"]}
+SHORTER = {"240": ["2"], "drawn.mp4": ["drawn.mp4", "--to", "1s"]}
 JUNCTION_S = 7  # with the first overtake
 # The test of the answer over HTTP asks the same application as `serve`; `watch` has tests with a camera of their own.
 NOT_RUN = {"serve", "watch"}

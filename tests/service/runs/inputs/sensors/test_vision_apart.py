@@ -14,6 +14,7 @@ import pytest
 from service.errors import InputError
 from service.runs.processing import Progress, RunRequest, RunSummary, process
 from tests.service.logs import kept_rows
+from tests.service.runs.inputs.sensors.failing import Failing
 from tests.service.runs.inputs.test_detectors import SITE, make_mot, make_network, make_video
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
 
@@ -112,10 +113,6 @@ def test_interrupt_ends_both_where_it_ends_one(long: Path, tmp_path: Path, calls
 
 
 def test_error_of_vision_is_raised_here(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    class Failing:
-        def __reduce__(self) -> tuple[object, ...]:
-            return failing, ()
-
     monkeypatch.setattr(
         "service.runs.inputs.sensors.vision_apart.multiprocessing.get_context", context_sending(Failing())
     )
@@ -136,18 +133,6 @@ def context_sending(sensor: object) -> Callable[[str], object]:
             return real.Process(args=(sensor, args[1]), **rest)  # type: ignore[arg-type]
 
     return lambda _: Context
-
-
-class FailingSensor:
-    """A sensor of which the vision fails."""
-
-    def vision(self) -> None:
-        """Fail."""
-        raise InputError("fair.mp4 at 1.00 s: expected vehicles, got a fair")
-
-
-def failing() -> FailingSensor:
-    return FailingSensor()
 
 
 def long_video(folder: Path) -> Path:
