@@ -30,7 +30,7 @@ def flickering(count: int, *, is_steady: bool, seed: int = 3) -> list[tuple[int,
 def test_size_stays_bounded(text: str, most: int, remembers: bool, is_steady: bool) -> None:
     progressor = Progressor(parse_formula(text), shared=SharedWork(remembers=remembers))
     sizes = set()
-    for t_us, value in flickering(20_000, is_steady=is_steady):
+    for t_us, value in flickering(5_000, is_steady=is_steady):
         assert progressor.progress(t_us, DictState({"p": value})) is Verdict.UNKNOWN
         sizes.add(progressor.size)
     assert max(sizes) == most <= 20
