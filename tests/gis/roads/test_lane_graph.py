@@ -175,14 +175,14 @@ def test_who_drives_towards_whom_is_known_from_driving_straight_on(case: tuple[s
     network = read_sumo_net(FILES[name])
     graph, rng = LaneGraph(network, keep_lanes=keep_lanes), np.random.default_rng(5)
     places = scattered(graph, 60, 5)
-    pairs = rng.integers(0, 60, (2, 20))
+    pairs = rng.integers(0, 60, (2, 50))
     at = list(zip(places.lane[:, 0].tolist(), places.along_m[:, 0].tolist(), strict=True))
     found_m = graph.facing_m(places, pairs).tolist()
     assert graph.facing_m(places, pairs[::-1]).tolist() == pytest.approx(found_m)
     for (one, other), gap_m in zip(pairs.T.tolist(), found_m, strict=True):
         ways_m = [meet(network, at[a], at[b], keep_lanes=keep_lanes) for a, b in ((one, other), (other, one))]
         assert gap_m == pytest.approx(min(ways_m)), (at[one], at[other])
-    assert 1 < np.isfinite(found_m).sum() < 20
+    assert 1 < np.isfinite(found_m).sum() < 50
 
 
 def test_who_comes_straight_over_a_crossing_is_faced_and_who_may_turn_off_is_not() -> None:
