@@ -59,17 +59,20 @@ class BoxFlow:
 
         Returns
         -------
-        None if no frame was kept, or pictures have repeated since the look before: cameras may send fewer than they
-        say, and nobody knows when these were taken.
+        None if no frame was kept, or frames are missing since then, or pictures have repeated since the look before:
+        cameras may send fewer than they say, and nobody knows when these were taken.
         """
         self._compare(instant)
         before, repeats = self._before, self._repeats
         self._before, self._repeats = None, False
         if before is None or repeats or len(boxes) == 0:
             return None
+        over_us = instant.t_us - before.t_us
+        if over_us > 2 * self._settings.flow_us:
+            return None
         shift_px, noise_px = foot_shifts(before.luma, instant.luma, boxes.bounds_px())
         noise_px = np.hypot(noise_px, self._settings.flow_noise_px)
-        return Shifts(shift_px, noise_px, np.full(len(boxes), (instant.t_us - before.t_us) / 1_000_000))
+        return Shifts(shift_px, noise_px, np.full(len(boxes), over_us / 1_000_000))
 
     def _compare(self, instant: Frame) -> None:
         latest, self._latest = self._latest, instant

@@ -98,6 +98,13 @@ def test_a_camera_that_repeats_pictures_tells_no_speeds() -> None:
     assert flow.shifts(now, box(100, 80, 60, 40)) is None
 
 
+def test_over_missing_frames_nothing_is_said() -> None:
+    flow = BoxFlow(SETTINGS)
+    flow.keep(make_frame(texture(), t_us=0), 80_000)
+    late = make_frame(np.roll(texture(), 3, axis=1), t_us=400_000)
+    assert flow.shifts(late, box(100, 80, 60, 40)) is None
+
+
 def test_without_boxes_or_with_another_size_nothing_is_said() -> None:
     for now, boxes in ((texture(), box(0, 0, 9, 9).select(slice(0, 0))), (texture()[:90], box(0, 0, 9, 9))):
         flow = BoxFlow(SETTINGS)
