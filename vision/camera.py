@@ -301,6 +301,7 @@ def fixed_camera(
     is_low = knows is not None and is_slanting(view, polygons_m, settings)
     looks = None
     if knows is not None:
+        hz, flow = settings.networks.looks_hz, BoxFlow(settings.networks) if is_low else None
         looks = BoxEye(
             knows,
             polygons_m,
@@ -308,9 +309,9 @@ def fixed_camera(
             settings,
             pixel_from_ground,
             lens=lens,
-            looks_hz=settings.networks.looks_hz,
+            looks_hz=hz,
             lanes=lanes,
-            flow=BoxFlow(settings.networks) if is_low else None,
+            flow=flow,
         )
     road = partial(FixedEye, pixel_from_ground, polygons_m, image_size_px, settings, lanes, lens=lens)
     eye = _eye(road, looks, settings, is_low=is_low)

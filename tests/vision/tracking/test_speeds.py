@@ -65,14 +65,16 @@ def test_the_speed_of_what_is_in_front_is_not_that_of_what_is_behind_it() -> Non
             assert told.velocity_mps[0] == pytest.approx([4.0, 0.0], abs=0.5)
 
 
-def test_cars_that_meet_keep_their_names_where_places_alone_are_too_vague() -> None:
-    tracker, told = Tracker(VisionSettings(), everywhere), []
-    for k in range(16):
-        rows: list[Row] = [(-40.0 + 5 * k, 0.0, 0.0, 4.5, 1.8), (40.0 - 5 * k, 3.5, np.pi, 4.5, 1.8)]
-        shown = rows[::-1] if k % 2 else rows
-        told.append(look(tracker, k * LOOK_US, shown, [(20.0 * np.cos(row[2]), 0.0) for row in shown]))
-    assert names(told) == {"v1", "v2"}
-    assert sorted(told[-1].velocity_mps[:, 0]) == pytest.approx([-20.0, 20.0], abs=0.5)
+def test_of_cars_that_meet_the_one_is_seen_that_moves_as_what_is_seen() -> None:
+    tracker = Tracker(VisionSettings(), everywhere)
+    for k in range(8):
+        rows: list[Row] = [(-40.0 + 5 * k, 0.0, 0.0, 4.5, 1.8), (40.0 - 5 * k, 2.0, np.pi, 4.5, 1.8)]
+        look(tracker, k * LOOK_US, rows, [(20.0, 0.0), (-20.0, 0.0)])
+    # Both would be at the same place along the road now, and what is seen is nearer to the other one's lane.
+    told = look(tracker, 8 * LOOK_US, [(0.0, 0.9, np.pi, 4.5, 1.8)], [(-20.0, 0.0)])
+    assert told.ids == ("v1", "v2")
+    assert (told.velocity_mps[told.observed, 0] < 0).all()
+    assert told.observed.sum() == 1
 
 
 def test_nobody_is_lost_who_is_seen_to_move_by_no_known_speed() -> None:
