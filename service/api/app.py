@@ -20,7 +20,7 @@ from service.api.access.callers import add_login
 from service.api.access.settings import Access
 from service.api.delivery.event_stream import EventStream
 from service.api.description import add_docs, describe_bodies
-from service.api.frame import Needed, RequestFrame
+from service.api.frame import ConditionalMiddleware, RequestFrame
 from service.api.health import add_health
 from service.api.messages.problems import register_problems
 from service.api.metrics import Metrics
@@ -108,7 +108,7 @@ def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Acces
     """Put what each request passes before the routes; what is added last, it meets first."""
     app.add_middleware(Admission, access=access, log=log)
     gzip = partial(GZipMiddleware, compresslevel=COMPRESSION_LEVEL)
-    app.add_middleware(Needed, wrap=gzip, headers=(b"accept-encoding",))
+    app.add_middleware(ConditionalMiddleware, wrap=gzip, headers=(b"accept-encoding",))
     if access.origins:
         app.add_middleware(
             CORSMiddleware,
@@ -118,7 +118,8 @@ def _add_middleware(app: FastAPI, log: EventLog, metrics: Metrics, access: Acces
             expose_headers=("ETag", "Link", "Location", "Retry-After", "X-Request-Id"),
         )
     limit = partial(RequestBodyLimitMiddleware, max_body_size=MOST_BODY_BYTES)
-    app.add_middleware(Needed, wrap=limit, headers=(b"content-length", b"transfer-encoding"))  # without, no body comes
+    with_body = b"content-length", b"transfer-encoding"  # without either no body comes
+    app.add_middleware(ConditionalMiddleware, wrap=limit, headers=with_body)
     app.add_middleware(RequestFrame, metrics=metrics)
 
 

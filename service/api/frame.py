@@ -100,7 +100,7 @@ def _type_of(message: Message) -> bytes:
     return next((value for name, value in message.get("headers", ()) if name.lower() == b"content-type"), b"")
 
 
-class Needed:
+class ConditionalMiddleware:
     """Wrap an ASGI application in what only requests with some header need.
 
     Others pass it by: to look at each message of an answer costs a hundredth of what a page of events does.
