@@ -198,7 +198,8 @@ def test_scale_of_a_picture_is_that_of_its_tiles() -> None:
     assert picture_scale((1280, 720), (640, 640), SETTINGS) == 0.5
     assert picture_scale((1280, 720), (640, 640), replace(SETTINGS, tiles=(2, 1), overlap=0.0)) == 640 / 720
     assert picture_scale((320, 200), (640, 640), SETTINGS) == 2.0
-    assert picture_scale((320, 200), (640, 640), replace(SETTINGS, enlarge=False)) == 1.0
+    assert picture_scale((320, 200), (640, 640), replace(SETTINGS, enlarge=1.0)) == 1.0
+    assert picture_scale((320, 200), (640, 640), replace(SETTINGS, enlarge=1.5)) == 1.5
 
 
 def test_closer_look_needs_weights_of_any_size(tmp_path: Path) -> None:

@@ -68,14 +68,14 @@ def test_edges_of_far_vehicles_are_known_better_by_a_closer_look() -> None:
     assert np.median(off[closer]) < 0.75 * np.median(off[plain])
 
 
-def test_a_small_picture_is_enlarged_where_the_recipe_says_so() -> None:
+def test_a_small_picture_is_enlarged_as_far_as_the_recipe_says() -> None:
     path = WEIGHTS / "low.onnx"
     settings = read_toml(path.with_suffix(".toml"), OnnxSettings, what="recipe")
     taken_px = {
         enlarge: OnnxDetector(path, replace(settings, enlarge=enlarge), (640, 352)).input_size_px
-        for enlarge in (False, True)
+        for enlarge in (1.0, 1.4, 8.0)
     }
-    assert taken_px == {False: (640, 352), True: (1280, 704)}
-    assert not settings.enlarge
+    assert taken_px == {1.0: (640, 352), 1.4: (896, 512), 8.0: (1280, 704)}
+    assert settings.enlarge == 1.4
     # What is larger is made smaller, either way.
     assert OnnxDetector(path, settings, (1920, 1080)).input_size_px == (1280, 736)

@@ -98,7 +98,7 @@ def picture_scale(image_size_px: tuple[int, int], input_px: tuple[int, int], set
     """Give the pixels of the input for a pixel of the picture where all of it is looked at."""
     whole = next(cut_tiles((0, 0, *image_size_px), settings))
     scale = min(input_px[0] / whole.width_px, input_px[1] / whole.height_px)
-    return scale if settings.enlarge else min(scale, 1.0)
+    return min(scale, settings.enlarge)
 
 
 def checked_part(part_px: Part | None, image_size_px: tuple[int, int]) -> Part:

@@ -40,7 +40,7 @@ class OnnxSettings:
         ``rows-oriented``: (n, 7) x, y, width, height, score, class, angle. A first axis of 1 may stand before each.
     classes : number of the network's class to our word (`CLASS_NAMES`); what is not listed is no vehicle.
     input_size_px : (width, height); None to take them from the weights.
-    enlarge : whether weights that take any size get a smaller picture enlarged to that size.
+    enlarge : how many times larger, at most, weights that take any size see a picture that is smaller than that.
     closer : how many times larger they see the far part of a road once more, if the camera stands; 1 for not at all.
     closer_below_px : far vehicles are those of which the longer side is shorter than this in the input.
     score_threshold : boxes with a lower score are dropped, but
@@ -67,7 +67,7 @@ class OnnxSettings:
     layout: Layout
     classes: ClassWords
     input_size_px: Annotated[tuple[_InputPx, _InputPx], Meta(description="1 to 8192, twice")] | None = None
-    enlarge: bool = True
+    enlarge: Annotated[float, Meta(ge=1, le=8)] = 8.0
     closer: Annotated[float, Meta(ge=1, le=8)] = 1.0
     closer_below_px: _Above0 = 30.0
     score_threshold: _Share = 0.25
