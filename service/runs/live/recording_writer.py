@@ -1,9 +1,15 @@
-"""How is what arrives kept? As a recording (`vision.video.recording`): packets as they are, in files of a minute."""
+"""How is what arrives kept, and how long? As a recording (`vision.video.recording`): packets, in files of a minute.
+
+It is kept until it is too old, or there is too much; recordings go whole, oldest first.
+
+A mark in a recording says that its run came to its end. What was killed left one without, which is processed first.
+"""
 
 from __future__ import annotations
 
 import fcntl
 import os
+import shutil
 import time
 from datetime import UTC, datetime
 from fractions import Fraction
@@ -14,7 +20,7 @@ from av.container import OutputContainer
 from av.packet import Packet
 from av.video.stream import VideoStream
 
-from vision.video.recording import INDEX, LOCK, Part
+from vision.video.recording import INDEX, LOCK, Part, is_growing, parts_so_far
 
 FILE_US = 60_000_000
 _TICKS = Fraction(1, 90_000)  # of MPEG-TS
@@ -140,3 +146,47 @@ def folder_name(utc_us: int) -> str:
     '20251127T190612.000000Z'
     """
     return datetime.fromtimestamp(utc_us / 1e6, UTC).strftime("%Y%m%dT%H%M%S.%fZ")
+
+
+_MARK = "processed"
+
+
+def remove_old(folder: Path, *, age_us: int, size_bytes: int) -> list[Path]:
+    """Remove recordings that are processed.
+
+    Parameters
+    ----------
+    folder : of recordings.
+    age_us : older ones go, by when their last file began.
+    size_bytes : where there is more in all, the oldest go.
+
+    Returns
+    -------
+    What was removed.
+    """
+    now_us = time.time_ns() // 1000
+    sizes = {one: sum(file.stat().st_size for file in one.iterdir()) for one in recordings(folder)}
+    removed = []
+    for one in list(sizes):
+        parts = parts_so_far(one)
+        is_old = not parts or now_us - parts[-1].utc_us > age_us
+        if (is_old or sum(sizes.values()) > size_bytes) and (one / _MARK).exists():
+            shutil.rmtree(one)
+            del sizes[one]
+            removed.append(one)
+    return removed
+
+
+def recordings(folder: Path) -> list[Path]:
+    """List the recordings in a folder, oldest first."""
+    return sorted(path.parent for path in folder.glob(f"*/{INDEX}"))
+
+
+def left_behind(folder: Path) -> list[Path]:
+    """List the recordings that nobody writes and whose run did not come to its end, oldest first."""
+    return [one for one in recordings(folder) if not is_growing(one) and not (one / _MARK).exists()]
+
+
+def mark_processed(recording: Path) -> None:
+    """Note that the run over a recording came to its end."""
+    (recording / _MARK).touch()

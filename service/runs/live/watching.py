@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from service.errors import LogBackError, LogError, ServiceError
-from service.runs.live.keeping import left_behind, mark_processed, remove_old
 from service.runs.live.live_source import LOOKED_EVERY_S, LiveSource
-from service.runs.live.receiver import Receiver, Tell
-from service.runs.live.row_receiver import RowReceiver
+from service.runs.live.receiver import Receiver, RowReceiver, Tell
+from service.runs.live.recording_writer import left_behind, mark_processed, remove_old
 from service.runs.machine import Interrupts
 from service.runs.processing import Progress, RunSummary, load_texts, process
 from service.runs.requests import LiveRequest

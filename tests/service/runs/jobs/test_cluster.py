@@ -16,7 +16,7 @@ import pytest
 from service.cli.app import run as run_cli
 from service.runs.jobs.cluster import asks_for_gpu
 from service.runs.jobs.worker import work
-from service.runs.live.keeping import left_behind
+from service.runs.live.recording_writer import left_behind
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.conftest import NewLog

@@ -4,8 +4,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from service.runs.live.keeping import left_behind, mark_processed, remove_old
-from service.runs.live.recording_writer import RecordingWriter
+from service.runs.live.recording_writer import RecordingWriter, left_behind, mark_processed, remove_old
 from vision.video.recording import INDEX, Part
 
 HOUR_US = 3_600_000_000

@@ -12,7 +12,7 @@ import pytest
 from sqlalchemy.engine import make_url
 
 from service.cli.app import run as run_cli
-from service.runs.live.keeping import left_behind
+from service.runs.live.recording_writer import left_behind
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.runs.live.test_watched_jobs import WORK_LIVE, only_job

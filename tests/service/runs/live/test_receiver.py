@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from service.errors import InputError
-from service.runs.live.keeping import recordings
 from service.runs.live.live_source import LiveSource
 from service.runs.live.receiver import Connection, Receiver
+from service.runs.live.recording_writer import recordings
 from vision.video.recording import Part, parts_so_far
 
 HOUR_US = 3_600_000_000

@@ -16,8 +16,8 @@ import pytest
 
 from service.cli.app import run as run_cli
 from service.runs.jobs.worker import work
-from service.runs.live.keeping import left_behind
 from service.runs.live.live_source import LiveSource
+from service.runs.live.recording_writer import left_behind
 from service.runs.processing import RunRequest, process
 from service.runs.requests import LiveRequest, read_request
 from service.store.entries import Job

@@ -18,8 +18,7 @@ import pytest
 
 from service.cli.app import run as run_cli
 from service.export.tracks import Views
-from service.runs.live.keeping import left_behind
-from service.runs.live.recording_writer import RecordingWriter
+from service.runs.live.recording_writer import RecordingWriter, left_behind
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from tests.service.logs import kept_rows, read_all

@@ -16,10 +16,9 @@ import pytest
 from service.cli.app import run as run_cli
 from service.errors import LogError
 from service.runs.inputs.recorded_rows import WAIT_US, ArrivingRows
-from service.runs.live.keeping import left_behind, recordings
 from service.runs.live.live_source import LiveSource
-from service.runs.live.recording_writer import RecordingWriter
-from service.runs.live.row_receiver import RowReceiver
+from service.runs.live.receiver import RowReceiver
+from service.runs.live.recording_writer import RecordingWriter, left_behind, recordings
 from service.store.log import open_log
 from tests.service.logs import kept_rows
 from tests.service.runs.live.test_watching import WATCH, events, reprocessed, until
