@@ -80,7 +80,7 @@ def stopped(request: RunRequest, seconds: int) -> str:
         stops_s.append(time.perf_counter() - began_s)
 
     plain = Activation.take
-    with patch.object(Activation, "take", take), patch("service.runs.followed_texts.LOOKED_EVERY_S", 0.0):
+    with patch.object(Activation, "take", take), patch("service.runs.activation.LOOKED_EVERY_S", 0.0):
         process_whole(request, on_progress=store)
     with open_log(request.log_url) as log:
         changes = sum(1 for _ in log.relations(log.run().id))

@@ -19,8 +19,7 @@ from dyknow.node import Node
 from dyknow.streams.stream_report import StreamReport
 from service.records.runs import InputFile, RunRecord, RunStatus, SiteRecord, SourceText, StartFrom, software_version
 from service.records.times import utc_us
-from service.runs.activation import Activation
-from service.runs.followed_texts import FollowedTexts, Text, load_with_stored
+from service.runs.activation import Activation, FollowedTexts, Text, load_with_stored
 from service.runs.graph.pipeline import EngineSettings, Pipeline, declared_pipeline, watched_relations
 from service.runs.graph.recording import Recorder, recorded_streams
 from service.runs.graph.relations import changed_settings

@@ -24,8 +24,7 @@ from service.records.runs import RunRecord
 from service.records.seen import CarState, HypothesisRecord, LinkRecord, RelationRecord
 from service.runs.graph.monitored_states import TrafficState, TrafficStates
 from service.runs.graph.relations import stored_settings
-from service.runs.graph.standing_events import StandingEvents
-from service.runs.graph.stream_processes import MonitoringUnit
+from service.runs.graph.stream_processes import MonitoringUnit, StandingEvents
 from service.store.log import EventLog, open_log
 from service.texts.chronicle_files import read_text, with_relations
 from service.texts.monitor_files import load_monitor_texts

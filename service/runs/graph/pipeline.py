@@ -36,8 +36,12 @@ from qsr.settings import RelationSettings
 from service.errors import InputError
 from service.records.runs import SourceText
 from service.runs.graph.relations import relation_observer
-from service.runs.graph.standing_events import StandingEvents
-from service.runs.graph.stream_processes import MonitoredRecognitionUnit, MonitoringUnit, SynchronisationUnit
+from service.runs.graph.stream_processes import (
+    MonitoredRecognitionUnit,
+    MonitoringUnit,
+    StandingEvents,
+    SynchronisationUnit,
+)
 from service.texts.monitor_files import NO_MONITORS, LoadedMonitors
 from vision.adapter import Vision, VisionUnit
 

@@ -10,7 +10,7 @@ from typing import Any  # what opens an input
 import pytest
 
 from service.questions.recognition.explaining import Explainer
-from service.runs import followed_texts, processing
+from service.runs import activation, processing
 from service.runs.processing import Progress, RunSummary, process
 from service.runs.requests import RunRequest
 from service.store.log import open_log
@@ -41,7 +41,7 @@ AT_US = (6_500_000, 8_900_000, 19_000_000)
 
 @pytest.fixture(autouse=True)
 def always_looked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(followed_texts, "LOOKED_EVERY_S", 0.0)
+    monkeypatch.setattr(activation, "LOOKED_EVERY_S", 0.0)
 
 
 def written(folder: Path) -> Path:

@@ -19,7 +19,7 @@ from service.questions.recognition.stored_monitoring import monitor_log
 from service.records.events import EventRecord
 from service.runs.graph.monitored_states import TrafficState
 from service.runs.graph.pipeline import TRAJECTORIES, shipped_kpl
-from service.runs.graph.standing_events import StandingEvents
+from service.runs.graph.stream_processes import StandingEvents
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import with_relations
