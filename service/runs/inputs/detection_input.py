@@ -12,8 +12,7 @@ from service.records.runs import InputKind
 from service.runs.graph.pipeline import VIDEO, Feed
 from service.runs.inputs.detectors import FileChoice, describe
 from service.runs.inputs.input_kind import Asked, Input, camera_record
-from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera
-from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sensors.moving_camera import StoredPoses, first_camera, watched_area
 from service.runs.inputs.sites.site import Site, check_picture
 from service.texts.toml_tables import told
 from vision.camera import Camera, box_camera

@@ -20,10 +20,9 @@ from service.runs.inputs.detectors import (
 )
 from service.runs.inputs.input_kind import Asked, Input, camera_record
 from service.runs.inputs.sensors.first_look import FirstLook, first_look
-from service.runs.inputs.sensors.moving_camera import camera_at_start, first_camera
+from service.runs.inputs.sensors.moving_camera import camera_at_start, first_camera, watched_area
 from service.runs.inputs.sensors.video_sensor import USUAL_RATE_HZ, ThermalVideo, VideoSensor
 from service.runs.inputs.sensors.vision_apart import VisionApart
-from service.runs.inputs.sensors.watched_area import watched_area
 from service.runs.inputs.sites.site import Motion, Site, check_picture
 from service.runs.inputs.sites.site_review import review
 from service.runs.inputs.trajectories import is_trajectories

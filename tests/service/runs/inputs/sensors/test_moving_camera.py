@@ -11,8 +11,7 @@ from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
 from gis.errors import GisError
 from service.errors import SiteError
-from service.runs.inputs.sensors.moving_camera import StoredPoses, camera_at_start, first_camera, reach_m
-from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sensors.moving_camera import StoredPoses, camera_at_start, first_camera, reach_m, watched_area
 from service.runs.inputs.sites.site import Motion, Site, load_site
 from tests.vision.moving_world import SIZE as WORLD_SIZE
 from tests.vision.moving_world import MovingWorld, drift

@@ -11,7 +11,7 @@ from gis.cameras.camera import GroundCamera
 from gis.roads.lanes import Lane
 from gis.roads.road_network import RoadNetwork
 from service.errors import SiteError
-from service.runs.inputs.sensors.watched_area import watched_area
+from service.runs.inputs.sensors.moving_camera import watched_area
 
 SIZE_PX = (100, 60)
 CAMERA = GroundCamera.from_homography([[1.0, 0.0, 0.0], [0.0, -1.0, 59.0], [0.0, 0.0, 1.0]])
