@@ -16,10 +16,9 @@ from typing import Annotated
 import typer
 
 from service.cli import texts
-from service.cli.asking import evaluate, events, explain, log, objects, recognise, streams, tracks
+from service.cli.asking import cars, evaluate, events, log, recognise, streams
 from service.cli.making import demo, detector, generate, jobs, process, site, watch
-from service.cli.operating import doctor, serve, tokens
-from service.cli.operating.webhooks import list_webhooks, retry_webhook
+from service.cli.operating import clients, doctor, serve
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.settings import show_config, take_settings
 from service.errors import QueryError, RunBusyError
@@ -35,13 +34,13 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "watch": (watch.watch, "rtsp://camera.example/1 --site site.toml --log road.db --recordings recordings"),
     "worker": (jobs.worker, "scene.db --once"),
     "events": (events.events, "scene.db --type overtake --from 00:10 --to 02:00"),
-    "objects": (objects.objects, "scene.db car7"),
-    "tracks": (tracks.tracks, "scene.db --car car7 --from 10s"),
-    "draw": (tracks.draw, "scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
-    "clip": (tracks.clip, "scene.db fb5840f804056320-1 --out overtake.mp4 --pad 3s"),
+    "objects": (cars.objects, "scene.db car7"),
+    "tracks": (cars.tracks, "scene.db --car car7 --from 10s"),
+    "draw": (cars.draw, "scene/video.mp4 scene.db --out drawn.mp4 --from 10s --to 20s"),
+    "clip": (cars.clip, "scene.db fb5840f804056320-1 --out overtake.mp4 --pad 3s"),
     "evaluate": (evaluate.evaluate, "scene.db scene --what detection,tracks,events"),
-    "explain": (explain.explain, "scene.db fb5840f804056320-1"),
-    "why-not": (explain.why_not, "scene.db overtake --role overtaker=car7 --limit 3"),
+    "explain": (recognise.explain, "scene.db fb5840f804056320-1"),
+    "why-not": (recognise.why_not, "scene.db overtake --role overtaker=car7 --limit 3"),
     "recognise": (recognise.recognise, "scene.db --chronicles mine.chronicle"),
     "monitor": (recognise.monitor, "scene.db rules.monitors"),
     "streams": (streams.streams, "scene.db"),
@@ -50,15 +49,15 @@ COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
     "test": (texts.run_examples, "mine.chronicle --verbose"),
     "serve": (serve.serve, "scene.db --port 8420"),
     "doctor": (doctor.doctor, "scene.db"),
-    "token make": (tokens.make, "scene.db office --scope read --expires 90d"),
-    "token list": (tokens.list_all, "scene.db"),
-    "token revoke": (tokens.revoke, "scene.db office"),
+    "token make": (clients.make, "scene.db office --scope read --expires 90d"),
+    "token list": (clients.list_all, "scene.db"),
+    "token revoke": (clients.revoke, "scene.db office"),
     "config show": (show_config, "serve --origin"),
     "jobs list": (jobs.list_jobs, "scene.db"),
     "jobs cancel": (jobs.cancel, "scene.db 6b1e64c1a2d0f3b7"),
     "jobs retry": (jobs.retry, "scene.db 6b1e64c1a2d0f3b7"),
-    "webhooks list": (list_webhooks, "scene.db"),
-    "webhooks retry": (retry_webhook, "scene.db office"),
+    "webhooks list": (clients.list_webhooks, "scene.db"),
+    "webhooks retry": (clients.retry_webhook, "scene.db office"),
     "log info": (log.info, "scene.db"),
     "log verify": (log.verify, "scene.db"),
     "log backup": (log.backup, "scene.db backup/scene.db"),

@@ -12,6 +12,7 @@ from service.cli.printing import tell
 from service.errors import QueryError
 
 if TYPE_CHECKING:
+    from service.store.log import EventLog, Mode
     from service.texts.text_streams import Stream
 
 _TIMES = "12.5s, 01:23 or 12500000 (us)"
@@ -88,6 +89,13 @@ StreamOption = Annotated[
 
 # Codes of findings that may only mean that the texts are about other events than was thought.
 STREAM_CODES = frozenset({"C0201", "C0203", "C0301", "C0302", "C0901"})
+
+
+def open_log(name: str, mode: "Mode" = "r") -> "EventLog":
+    """Open an event log, as `service.store.log.open_log`, which takes longer to load than help may take."""
+    from service.store import log
+
+    return log.open_log(name, mode)
 
 
 def read_window(start: str | None, end: str | None) -> tuple[int | None, int | None]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.options import AsJson, MinConfidence, read_roles
+from service.cli.options import AsJson, MinConfidence, open_log, read_roles
 from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell, write_blocks
 
 if TYPE_CHECKING:
@@ -106,7 +106,6 @@ def _print_events(urls: "Sequence[str]", wanted: "EventFilter", output: EventFor
     from service.export.events import events_csv, events_jsonl, exported
     from service.questions.events.notes import name_notes, run_notes
     from service.questions.events.queries import find_role_names
-    from service.store.log import open_log
 
     if not urls:
         raise typer.BadParameter("expected at least one event log, got none", param_hint="LOG")

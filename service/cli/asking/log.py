@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.options import AsJson, LogName, read_age_us
+from service.cli.options import AsJson, LogName, open_log, read_age_us
 from service.cli.printing import INVALID, format_table, show, tell
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ TITLES = ("kind", "rows", "pruned", "bytes", "from", "to")
 def info(log: LogName, as_json: AsJson = False) -> None:
     """Say what a log holds: its runs, and of each kind how many rows, of how many bytes, from when to when."""
     from service.questions.events.notes import covered
-    from service.store.log import open_log
     from service.store.upkeep import holdings
 
     with open_log(log) as opened:
@@ -49,7 +48,6 @@ def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
 def verify(log: LogName, as_json: AsJson = False) -> None:
     """Read all of a log and say what is damaged; exit with 3 if anything is."""
     from service.store.databases.location import shown
-    from service.store.log import open_log
     from service.store.upkeep import damage
 
     with open_log(log) as opened:
@@ -105,7 +103,6 @@ def prune(
     import time
 
     from service.records.times import parse_utc_us
-    from service.store.log import open_log
     from service.store.upkeep import prune as remove
 
     keep_us = dict(map(_kept, keep))
@@ -134,7 +131,6 @@ def audit(
     from msgspec.structs import astuple
 
     from service.records.times import format_utc
-    from service.store.log import open_log
     from service.store.registers.access import list_written
 
     with open_log(log) as opened:

@@ -1,6 +1,7 @@
-"""`dyknow recognise` and `dyknow monitor`: do these chronicles occur in what is stored, and who breaks these rules?"""
+"""`dyknow recognise`, `monitor`, `explain`, `why-not`: do these chronicles occur, who breaks these rules, and why?"""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -9,14 +10,19 @@ import typer
 from service.cli.options import (
     AsJson,
     ChronicleFiles,
+    From,
     LogName,
     RunName,
     SiteOfRun,
     StreamOption,
+    To,
     hinting_at_stream,
+    open_log,
+    read_roles,
+    read_window,
     tell_stream,
 )
-from service.cli.printing import check_target, counted, format_table, print_json, shown_roles, tell
+from service.cli.printing import check_target, counted, format_table, print_json, show, shown_roles, tell
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -25,7 +31,6 @@ if TYPE_CHECKING:
     from service.questions.recognition.recognised_events import RecognisedEvent
     from service.questions.recognition.stored_monitoring import Monitored
     from service.questions.recognition.stored_recognition import Recognised
-
 
 OccurrenceFormat = Literal["table", "jsonl", "json"]
 Executor = Literal["eager", "backfill"]
@@ -160,3 +165,56 @@ def _print_verdicts(found: "Monitored") -> None:
     for one in found.report:
         counts = f"{one.violated} violated, {one.satisfied} satisfied, {one.undecided} undecided"
         print(f"{one.monitor}: {counts}", file=sys.stderr)
+
+
+def explain(
+    log: LogName,
+    event_id: Annotated[str, typer.Argument(metavar="EVENT_ID", help="Identifier, as `dyknow events` shows it.")],
+    as_json: AsJson = False,
+) -> None:
+    """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
+    from service.errors import NotInLogError
+    from service.questions.recognition.explaining import Explainer
+    from service.store.databases.location import shown
+
+    with open_log(log) as opened:
+        found = Explainer(opened).explain_event(event_id)
+    if found is None:
+        raise NotInLogError(f"log {shown(log)!r}: expected the id of one of its events, got {event_id!r}")
+    show(found.as_record(), found.render(), as_json=as_json)
+
+
+def why_not(
+    log: LogName,
+    chronicle: Annotated[str, typer.Argument(metavar="CHRONICLE", help="Name of the chronicle.")],
+    roles: Annotated[
+        list[str] | None, typer.Option("--role", metavar="NAME=ID", help="Object in this role; once for each role.")
+    ] = None,
+    start: From = None,
+    end: To = None,
+    limit: Annotated[int, typer.Option(min=1, max=50, help="At most so many near misses.")] = 5,
+    run: RunName = None,
+    chronicles: ChronicleFiles = None,
+    site: SiteOfRun = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say why a chronicle was not recognised: the instances that came closest, and what would have been enough."""
+    from chronicles.explanation.json_form import to_json
+    from chronicles.explanation.rendering import render
+    from service.questions.recognition.explaining import AbsenceQuestion, Explainer
+
+    start_us, end_us = read_window(start, end)
+    given = _one_each(roles or ())
+    question = AbsenceQuestion(chronicle=chronicle, run=run, roles=given, start_us=start_us, end_us=end_us, limit=limit)
+    with open_log(log) as opened:
+        found = Explainer(opened).explain_absence(question, chronicles or (), site)
+    show(to_json(found), render(found), as_json=as_json)
+
+
+def _one_each(texts: Sequence[str]) -> dict[str, str]:
+    roles = {}
+    for name, actors in read_roles(texts):
+        if len(actors) > 1:
+            raise typer.BadParameter(f"expected {name} once, got {' and '.join(actors)}", param_hint="--role")
+        roles[name] = actors[0]
+    return roles

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.options import AsJson, RunName
+from service.cli.options import AsJson, RunName, open_log
 from service.cli.printing import format_table, show
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ def streams(
         _print_declared(declared, as_json=as_json)
     else:
         from service.runs.graph.stored_streams import streams_of
-        from service.store.log import open_log
 
         with open_log(log) as opened:
             stored = streams_of(opened, opened.run(run))

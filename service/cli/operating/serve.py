@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.making.jobs import LiveSources, tell_line
-from service.cli.options import LogName
+from service.cli.options import LogName, open_log
 from service.cli.printing import tell
 from service.errors import InputError, LogError, ServiceError
 
@@ -138,7 +138,6 @@ def check_tokens(log: str, host: str) -> None:
         If it has no token that is valid.
     """
     from service.store.databases.location import shown
-    from service.store.log import open_log
     from service.store.registers.access import list_tokens
 
     now_us = time.time_ns() // 1000

@@ -9,8 +9,15 @@ from benchmarks.pooled_scores import pooled
 from gis.cameras.camera import GroundCamera
 from gis.cameras.camera_pose import CameraPose, CameraTrack, write_camera_track
 from service.errors import InputError, LogError
-from service.questions.scoring.claims import load_tracks
-from service.questions.scoring.scene_scores import CARS, OBJECTS, TRACKS, compare_log, compare_tracks, score_scene
+from service.questions.scoring.scene_scores import (
+    CARS,
+    OBJECTS,
+    TRACKS,
+    compare_log,
+    compare_tracks,
+    load_tracks,
+    score_scene,
+)
 from service.questions.scoring.scene_view import SceneView, load_scene_view
 from service.records.seen import SeenObject
 from service.store.log import open_log

@@ -8,7 +8,7 @@ import pytest
 
 from service.cli import app
 from service.errors import RunBusyError
-from service.store.databases.run_lock import RunLock
+from service.store.databases.sqlite_file import RunLock
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import overtake, read_all, run, write_log

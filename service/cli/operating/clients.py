@@ -1,12 +1,12 @@
-"""`dyknow token`: who may ask a log over HTTP?"""
+"""`dyknow token` and `dyknow webhooks`: who may ask a log over HTTP, and how far are those who are told?"""
 
 import time
 from typing import Annotated, Literal
 
 import typer
 
-from service.cli.options import AsJson, LogName, read_age_us
-from service.cli.printing import format_table, show
+from service.cli.options import AsJson, LogName, open_log, read_age_us
+from service.cli.printing import counted, format_table, show
 
 TokenName = Annotated[str, typer.Argument(metavar="NAME", help="Its name, for lists and for the audit.")]
 
@@ -24,7 +24,6 @@ def make(
     as_json: AsJson = False,
 ) -> None:
     """Make a token and print it; it cannot be shown again."""
-    from service.store.log import open_log
     from service.store.registers.access import make_token
 
     now_us, expires_us = time.time_ns() // 1000, None
@@ -39,7 +38,6 @@ def make(
 def list_all(log: LogName, as_json: AsJson = False) -> None:
     """List the tokens of a log; a token itself is not kept."""
     from service.records.times import format_utc
-    from service.store.log import open_log
     from service.store.registers.access import list_tokens
 
     with open_log(log) as opened:
@@ -54,9 +52,36 @@ def list_all(log: LogName, as_json: AsJson = False) -> None:
 
 def revoke(log: LogName, name: TokenName, as_json: AsJson = False) -> None:
     """Let a token end now."""
-    from service.store.log import open_log
     from service.store.registers.access import revoke_token
 
     with open_log(log) as opened:
         revoke_token(opened, name)
     show({"revoked": name}, f"token {name} is revoked", as_json=as_json)
+
+
+TITLES = ("webhook", "state", "seq", "message")
+
+
+def list_webhooks(log: LogName, as_json: AsJson = False) -> None:
+    """List how far each webhook of a log is, and the events that it gave up."""
+    from service.store.registers.deliveries import Deliveries
+
+    with open_log(log) as opened:
+        deliveries = Deliveries(opened)
+        states, undelivered = deliveries.states(), deliveries.undelivered()
+    rows = [[one.name, "delivered up to", str(one.seq), one.message] for one in states]
+    rows += [[one.webhook, "due" if one.is_due else "given up", str(one.seq), one.message] for one in undelivered]
+    show({"items": states, "undelivered": undelivered}, format_table(TITLES, sorted(rows)), as_json=as_json)
+
+
+def retry_webhook(
+    log: LogName,
+    name: Annotated[str, typer.Argument(metavar="WEBHOOK", help="Its name in the file.")],
+    as_json: AsJson = False,
+) -> None:
+    """Let what a webhook gave up be tried once more, by the server that delivers."""
+    from service.store.registers.deliveries import Deliveries
+
+    with open_log(log) as opened:
+        count = Deliveries(opened).retry(name)
+    show({"webhook": name, "due": count}, f"{counted(count, 'event')} of {name} will be tried again", as_json=as_json)

@@ -1,4 +1,4 @@
-"""`dyknow tracks`, `draw` and `clip`: where were the cars of a run, as rows and on the frames of its video?"""
+"""`dyknow objects`, `tracks`, `draw` and `clip`: which cars are there, by what links, and where?"""
 
 import sys
 from pathlib import Path
@@ -6,16 +6,67 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.options import AsJson, From, LogName, RunName, To, read_window
-from service.cli.printing import check_target, print_json_list, show, write_blocks, write_picture
+from service.cli.options import AsJson, From, LogName, RunName, To, open_log, read_window
+from service.cli.printing import check_target, format_table, print_json_list, show, tell, write_blocks, write_picture
 from service.errors import ExportError, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from service.questions.observations.identity import CarIdentity, IdentityLink
     from service.records.runs import RunRecord
     from service.records.seen import CarState
     from service.store.log import EventLog
+
+CAR_TITLES = ("car", "class", "first", "last", "vision objects", "hidden s", "undecided", "refuted", "open")
+LINK_TITLES = ("start", "end", "link", "verdict", "score", "margin", "next best", "hidden s", "why", "ended by")
+
+
+def objects(
+    log: LogName,
+    car: Annotated[str | None, typer.Argument(help="A car symbol: shows the links by which it is that car.")] = None,
+    run: RunName = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the cars of a log, or the identity chain of one of them."""
+    from service.questions.events.notes import run_notes
+    from service.questions.events.queries import EventFilter
+    from service.questions.observations.identity import identities, links_of
+
+    with open_log(log) as opened:
+        record = opened.run(run)
+        if car is not None:
+            links = links_of(opened, record, car)
+            table = format_table(LINK_TITLES, [_link_row(one) for one in links])
+            show({"run": record.id, "car": car, "links": links}, table, as_json=as_json)
+            return
+        cars = identities(opened, record.id)
+        table = format_table(CAR_TITLES, [_car_row(one) for one in cars])
+        show({"run": record.id, "cars": cars}, table, as_json=as_json)
+        tell("note", run_notes([opened], EventFilter(runs=(record.id,))))
+        tell("note", [] if cars else [f"run {record.id!r} of {record.source} has no cars"])
+
+
+def _car_row(one: "CarIdentity") -> list[str]:
+    from service.records.times import format_media
+
+    times = [format_media(one.first_us), format_media(one.last_us)]
+    counts = [str(count) if count else "" for count in (one.undecided, one.refuted, one.open)]
+    return [one.car, one.car_class, *times, " ".join(one.vision_ids), _seconds(one.hidden_us), *counts]
+
+
+def _link_row(one: "IdentityLink") -> list[str]:
+    from service.records.times import format_media
+
+    end = "" if one.end_us is None else format_media(one.end_us)
+    hidden = _seconds(0 if one.hidden_us is None else one.start_us - one.hidden_us)
+    weighed = ["" if value is None else f"{value:.1f}" for value in (one.score_nats, one.margin_nats)]
+    name = f"{one.lower} -> {one.upper}"
+    return [format_media(one.start_us), end, name, one.verdict, *weighed, one.runner_up, hidden, one.how, one.reason]
+
+
+def _seconds(us: int) -> str:
+    return f"{us * 1e-6:.2f}" if us else ""
 
 
 def tracks(
@@ -34,7 +85,6 @@ def tracks(
 
     from service.export.tracks import tracks_parquet, write_tracks_csv
     from service.questions.observations.identity import check_car
-    from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)
     with open_log(log) as opened:
@@ -83,7 +133,6 @@ def draw(
     """Draw cars, trails and events of a log on its video, or on the frame at --from."""
     from service.export.draw_video import picture_at, write_video
     from service.store.databases.location import log_files
-    from service.store.log import open_log
 
     from_us, to_us = read_window(start, end)
     if from_us is None or (to_us is not None and to_us <= from_us):
@@ -117,7 +166,6 @@ def clip(
     from service.export.draw_video import event_window, write_video
     from service.records.times import parse_media_us
     from service.store.databases.location import log_files
-    from service.store.log import open_log
 
     if out.suffix.lower() != ".mp4":
         raise InputError(f"--out: expected a path ending in .mp4, got {str(out)!r}")
