@@ -10,6 +10,7 @@ import typer
 
 from service.cli.printing import tell
 from service.errors import QueryError
+from service.records.times import parse_media_us
 
 if TYPE_CHECKING:
     from service.store.log import EventLog, Mode
@@ -100,8 +101,6 @@ def open_log(name: str, mode: "Mode" = "r") -> "EventLog":
 
 def read_window(start: str | None, end: str | None) -> tuple[int | None, int | None]:
     """Read `--from` and `--to` as microseconds of media time; raises `QueryError` if one is no time."""
-    from service.records.times import parse_media_us
-
     from_us = None if start is None else parse_media_us(start, parameter="--from")
     return from_us, None if end is None else parse_media_us(end, parameter="--to")
 

@@ -18,6 +18,7 @@ import typer
 from service.cli.options import AsJson
 from service.cli.printing import format_table, show
 from service.errors import InputError
+from service.store.databases.location import shown
 
 USUAL_FILE = Path("dyknow.toml")
 TITLES = ("name", "value", "from")
@@ -89,8 +90,6 @@ def show_config(
     as_json: AsJson = False,
 ) -> None:
     """List the settings of a command: what its options are where the command line does not give them."""
-    from service.store.databases.location import shown
-
     name, columns = " ".join(command or ["serve"]), 3 if origin else 2
     values = values_of(context.find_root(), name)
     found = [(one, None if value is None else shown(str(value)), place) for one, value, place in values]

@@ -2,6 +2,7 @@
 
 import difflib
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -18,10 +19,9 @@ from service.cli.options import (
     tell_stream,
 )
 from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, show, tell
+from service.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from chronicles.examples import ExampleResult
     from dyknow.language.diagnostics import Diagnostic
     from service.texts.chronicle_files import Checked
@@ -176,7 +176,6 @@ def format_files(
     """Lay chronicle files out in the one way, comments kept; a file with a syntax error is left alone."""
     from chronicles.errors import ChronicleError
     from chronicles.language.formatter import format_text
-    from service.errors import InputError
     from service.texts.chronicle_files import read_text_or_input, replace_text
 
     if as_json and (diff or "-" in files):

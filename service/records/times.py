@@ -5,11 +5,10 @@ Inside, a time is an integer number of microseconds. At the edge a time point ma
 """
 
 import re
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 from typing import Literal
-
-from msgspec import Struct
 
 from service.errors import QueryError
 
@@ -27,7 +26,9 @@ _INTEGER = re.compile(r"\d{1,18}", re.ASCII)
 _RFC3339 = re.compile(r"\d{4}-\d{2}-\d{2}[Tt ]\d{2}:\d{2}:\d{2}(?:\.\d{1,9})?(?:[Zz]|[+-]\d{2}:\d{2})", re.ASCII)
 
 
-class TimePoint(Struct, frozen=True):
+# No struct, since the command line reads times before it loads anything.
+@dataclass(frozen=True, slots=True)
+class TimePoint:
     """A time point on one of two clocks.
 
     Attributes

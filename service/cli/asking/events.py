@@ -2,6 +2,7 @@
 
 import heapq
 import sys
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from enum import StrEnum
 from itertools import chain, islice
@@ -11,13 +12,11 @@ import typer
 
 from service.cli.options import AsJson, MinConfidence, open_log, read_roles
 from service.cli.printing import NOTHING_FOUND, format_table, print_json_list, shown_roles, tell, write_blocks
+from service.records.times import TimePoint, format_media, parse_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from service.questions.events.queries import EventFilter
     from service.records.events import EventRecord
-    from service.records.times import TimePoint
     from service.store.log import EventLog
 
 TABLE_LIMIT = 100
@@ -96,7 +95,6 @@ def events(
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
-    from service.records.times import parse_time
 
     return None if text is None else parse_time(text, parameter=parameter)
 
@@ -155,8 +153,6 @@ def _print_table(texts: "Iterator[str]", limit: int) -> None:
 
 def cells(event: "EventRecord") -> list[str]:
     """Write an event for a table with `TITLES`."""
-    from service.records.times import format_media
-
     road = event.place.road if event.place else ""
     start, end = format_media(event.start_us), format_media(event.end_us)
     sure = f"{event.confidence:.2f}"

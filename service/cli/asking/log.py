@@ -7,6 +7,8 @@ import typer
 
 from service.cli.options import AsJson, LogName, open_log, read_age_us
 from service.cli.printing import INVALID, format_table, show, tell
+from service.records.times import format_media, format_utc, parse_utc_us
+from service.store.databases.location import database_of, shown
 
 if TYPE_CHECKING:
     from service.records.runs import RunRecord
@@ -33,7 +35,6 @@ def info(log: LogName, as_json: AsJson = False) -> None:
 
 
 def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
-    from service.records.times import format_media
 
     rows = [
         [
@@ -47,7 +48,6 @@ def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
 
 def verify(log: LogName, as_json: AsJson = False) -> None:
     """Read all of a log and say what is damaged; exit with 3 if anything is."""
-    from service.store.databases.location import shown
     from service.store.upkeep import damage
 
     with open_log(log) as opened:
@@ -78,7 +78,6 @@ def restore(
 
 
 def _copy(source: str, target: str, *, as_json: bool) -> None:
-    from service.store.databases.location import database_of
     from service.store.upkeep import back_up
 
     found = back_up(copied := database_of(source), copy := database_of(target))
@@ -102,7 +101,6 @@ def prune(
     """Remove rows that are older than they are to be kept, kind by kind; kinds that are not named stay."""
     import time
 
-    from service.records.times import parse_utc_us
     from service.store.upkeep import prune as remove
 
     keep_us = dict(map(_kept, keep))
@@ -130,7 +128,6 @@ def audit(
     """Say who changed something over HTTP, or tried to, the newest first."""
     from msgspec.structs import astuple
 
-    from service.records.times import format_utc
     from service.store.registers.access import list_written
 
     with open_log(log) as opened:

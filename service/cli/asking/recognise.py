@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 import typer
 
@@ -23,10 +23,11 @@ from service.cli.options import (
     tell_stream,
 )
 from service.cli.printing import check_target, counted, format_table, print_json, show, shown_roles, tell
+from service.errors import NotInLogError
+from service.records.times import format_media, parse_media_us
+from service.store.databases.location import is_log_name, log_files, shown
 
 if TYPE_CHECKING:
-    from typing import TextIO
-
     from chronicles.events import Event, Occurrence
     from service.questions.recognition.recognised_events import RecognisedEvent
     from service.questions.recognition.stored_monitoring import Monitored
@@ -62,8 +63,6 @@ def recognise(
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.questions.recognition.stored_recognition import recognise_stored
-    from service.records.times import parse_media_us
-    from service.store.databases.location import is_log_name, log_files
 
     if lateness is not None and executor == "backfill":
         raise typer.BadParameter("expected eager to go with --lateness, got backfill", param_hint="--executor")
@@ -155,7 +154,6 @@ def monitor(
 
 
 def _print_verdicts(found: "Monitored") -> None:
-    from service.records.times import format_media
 
     rows = [
         [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]
@@ -173,9 +171,7 @@ def explain(
     as_json: AsJson = False,
 ) -> None:
     """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
-    from service.errors import NotInLogError
     from service.questions.recognition.explaining import Explainer
-    from service.store.databases.location import shown
 
     with open_log(log) as opened:
         found = Explainer(opened).explain_event(event_id)

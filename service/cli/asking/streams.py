@@ -1,6 +1,7 @@
 """`dyknow streams`: which streams ran in a run, or are declared to run, and what did they carry?"""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,10 +9,10 @@ import typer
 
 from service.cli.options import AsJson, RunName, open_log
 from service.cli.printing import format_table, show
+from service.errors import InputError
+from service.records.times import format_media
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from service.records.runs import ProcessRecord, StreamInput
     from service.runs.graph.declared_streams import DeclaredStreams
     from service.runs.graph.stored_streams import RanStream, StoredStreams
@@ -47,7 +48,6 @@ def streams(
 
 
 def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph: Path | None) -> None:
-    from service.errors import InputError
 
     if log is None and run is not None:
         raise typer.BadParameter(f"expected a LOG that holds the run, got none with {run!r}", param_hint="--run")
@@ -78,7 +78,6 @@ def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
 
 
 def _stored_row(stream: "RanStream") -> list[str]:
-    from service.records.times import format_media
 
     return [
         stream.label,

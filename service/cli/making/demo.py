@@ -1,6 +1,7 @@
 """`dyknow demo`: does it work here? A scene is made, processed and compared with its truth."""
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,10 +9,9 @@ import typer
 
 from service.cli.options import AsJson
 from service.cli.printing import format_table, print_json
+from service.records.times import format_media
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from service.questions.scoring.evaluate import Evaluation, TrueEvent
     from service.records.events import EventRecord
 
@@ -79,7 +79,6 @@ def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
 
 
 def _cells(event: "EventRecord | TrueEvent") -> tuple[str, str, str]:
-    from service.records.times import format_media
 
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
     return pair, format_media(event.start_us), format_media(event.end_us)

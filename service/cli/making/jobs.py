@@ -2,15 +2,18 @@
 
 import sys
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.options import AsJson, LogName
 from service.cli.printing import format_table, show
+from service.errors import InputError
+from service.runs.machine import Interrupts
+from service.store.databases.location import database_of, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from contextlib import AbstractContextManager
 
     from service.runs.requests import LiveRequest, RunRequest
@@ -57,8 +60,6 @@ def watch_sources(log: str, most: int) -> None:
     from contextlib import ExitStack
 
     from service.runs.jobs.supervision import LOOK_EVERY_S, kept_working
-    from service.runs.machine import Interrupts
-    from service.store.databases.location import database_of
 
     database = database_of(log)
     database.check_readable()  # a name that was mistyped makes no new log
@@ -106,7 +107,6 @@ def retry(log: LogName, job: JobName, as_json: AsJson = False) -> None:
 def _opened(log: str) -> "AbstractContextManager[Jobs]":
     from contextlib import closing
 
-    from service.store.databases.location import database_of
     from service.store.registers.jobs import Jobs
 
     database = database_of(log)
@@ -124,9 +124,7 @@ def added_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "
     LogError
         If the log cannot be written.
     """
-    from service.errors import InputError
     from service.runs.requests import as_text, job_id
-    from service.store.databases.location import database_of
     from service.store.registers.jobs import Jobs
 
     database = database_of(log)
@@ -141,8 +139,6 @@ def added_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "
 
 def add_jobs(requests: "Sequence[RunRequest | LiveRequest]", log: str, kind: "JobKind", *, as_json: bool) -> None:
     """Add requests of one kind to the jobs of a log, and say which jobs they are."""
-    from service.store.databases.location import shown
-
     jobs, added = added_jobs(requests, log, kind)
     jobs.close()
     lines = [f"job {one.id} is {one.state}: {one.input}" for one in added]

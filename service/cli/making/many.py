@@ -12,6 +12,8 @@ import typer
 
 from service.cli.making.jobs import added_jobs, jobs_table
 from service.cli.printing import INVALID, OK, SIGNALLED, print_json, tell
+from service.errors import QueryError
+from service.runs.machine import Interrupts, cores
 
 if TYPE_CHECKING:
     from service.runs.requests import RunRequest
@@ -83,9 +85,7 @@ def process_many(requests: "Sequence[RunRequest]", log: str, *, at_once: int, as
     -------
     The exit code.
     """
-    from service.errors import QueryError
     from service.runs.jobs.supervision import kept_working
-    from service.runs.machine import Interrupts, cores
 
     jobs, added = added_jobs(requests, log, "run")
     with closing(jobs), Interrupts() as interrupts, ExitStack() as working:

@@ -3,6 +3,7 @@
 import math
 import sys
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +15,11 @@ from service.cli import options
 from service.cli.making.jobs import add_jobs
 from service.cli.making.many import QUEUE, expanded, logs_of, process_many, site_beside
 from service.cli.printing import INVALID, SIGNALLED, print_json, tell
+from service.records.times import format_utc, parse_utc_us
+from service.runs.machine import cores
+from service.store.databases.location import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from service.records.runs import RunRecord
     from service.runs.processing import Progress, RunSummary
     from service.runs.requests import RunRequest
@@ -63,8 +65,6 @@ def process(
     ] = False,
 ) -> None:
     """Process videos, trajectory files or files of detections into an event log; with --logs, each into its own."""
-    from service.records.times import parse_utc_us
-    from service.runs.machine import cores
     from service.runs.requests import RunRequest
 
     if (logs is None) == (log is None):
@@ -255,7 +255,6 @@ def _progress_record(progress: "Progress") -> dict[str, object]:
 
 
 def _summary_record(summary: "RunSummary") -> dict[str, object]:
-    from service.records.times import format_utc
 
     return {
         "type": "summary",
@@ -292,8 +291,6 @@ def tell_if_cut(summary: "RunSummary") -> None:
 
 def _print_facts(summary: "RunSummary", log: str) -> None:
     """Print what a run did and what to ask next."""
-    from service.store.databases.location import shown
-
     if summary.was_finished:
         print(f"run {summary.run} is finished in {shown(log)}, so nothing was done; --again processes it once more")
         return
@@ -311,7 +308,6 @@ def _print_facts(summary: "RunSummary", log: str) -> None:
 
 
 def _start(record: "RunRecord") -> str:
-    from service.records.times import format_utc
 
     who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
     return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"

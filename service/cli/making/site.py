@@ -8,6 +8,7 @@ import typer
 from service.cli.options import AsJson
 from service.cli.printing import check_target, print_json, show, tell, write_picture
 from service.errors import InputError, SiteError
+from service.records.times import parse_media_us
 
 if TYPE_CHECKING:
     from service.runs.inputs.sites.site_review import Review
@@ -136,7 +137,6 @@ def frame_of(clip: Path, at: str) -> "Frame":
     InputError, QueryError, VisionError
         If the time is none or past the end, or the clip cannot be read.
     """
-    from service.records.times import parse_media_us
     from vision.video.frames import open_video
 
     at_us = parse_media_us(at, parameter="--at")

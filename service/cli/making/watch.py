@@ -10,6 +10,8 @@ import typer
 from service.cli import options
 from service.cli.making.jobs import add_jobs, tell_line
 from service.cli.making.process import parse_columns, parse_rate, print_summary, progress_bar
+from service.errors import LogBackError
+from service.store.databases.location import database_of, shown
 
 
 def watch(
@@ -45,11 +47,9 @@ def watch(
     A source that is cut is called again. Begun again after a kill, the run over what was left is repeated beside. Who
     must log in names a variable of the environment: rtsp://$CAMERA@camera.example/1.
     """
-    from service.errors import LogBackError
     from service.runs.live.live_source import kept_name, without_password
     from service.runs.live.watching import watch as watch_it
     from service.runs.requests import GIGABYTE, HOUR_US, LiveRequest, RunRequest
-    from service.store.databases.location import database_of, shown
 
     run = RunRequest(
         input=recordings,  # each recording in it, in turn

@@ -7,8 +7,10 @@ import typer
 
 from service.cli.options import AsJson, LogName, open_log, read_age_us
 from service.cli.printing import counted, format_table, show
+from service.records.times import format_utc
 
 TokenName = Annotated[str, typer.Argument(metavar="NAME", help="Its name, for lists and for the audit.")]
+TITLES = ("webhook", "state", "seq", "message")
 
 
 def make(
@@ -37,7 +39,6 @@ def make(
 
 def list_all(log: LogName, as_json: AsJson = False) -> None:
     """List the tokens of a log; a token itself is not kept."""
-    from service.records.times import format_utc
     from service.store.registers.access import list_tokens
 
     with open_log(log) as opened:
@@ -57,9 +58,6 @@ def revoke(log: LogName, name: TokenName, as_json: AsJson = False) -> None:
     with open_log(log) as opened:
         revoke_token(opened, name)
     show({"revoked": name}, f"token {name} is revoked", as_json=as_json)
-
-
-TITLES = ("webhook", "state", "seq", "message")
 
 
 def list_webhooks(log: LogName, as_json: AsJson = False) -> None:

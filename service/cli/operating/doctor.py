@@ -17,6 +17,8 @@ import typer
 from service.cli.options import AsJson
 from service.cli.printing import BROKEN, format_table, show
 from service.errors import ServiceError
+from service.runs.machine import cores
+from service.store.databases.location import database_of
 
 if TYPE_CHECKING:
     from service.store.databases.database import Database
@@ -36,7 +38,6 @@ def doctor(
 ) -> None:
     """Look whether this machine, and a log, have what DyKnow needs, and change nothing; exit with 1 if it is broken."""
     from service.runs.inputs.detectors import named_detectors
-    from service.store.databases.location import database_of
     from service.store.databases.sqlite_file import SqliteFile
 
     # How to look, and what to do about what is broken.
@@ -84,8 +85,6 @@ def _packages() -> Said:
 
 def _machine() -> Said:
     import psutil
-
-    from service.runs.machine import cores
 
     size_bytes = psutil.virtual_memory().total
     advice = "" if size_bytes >= LEAST_MEMORY_BYTES else "2 GB are better: a run takes up to 0.7, beside a server"

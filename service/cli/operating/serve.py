@@ -4,9 +4,10 @@ import re
 import socket
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -14,9 +15,7 @@ from service.cli.making.jobs import LiveSources, tell_line
 from service.cli.options import LogName, open_log
 from service.cli.printing import tell
 from service.errors import InputError, LogError, ServiceError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from service.store.databases.location import database_of, shown
 
 PORT = 8420
 BACKLOG = 128
@@ -65,7 +64,6 @@ def serve(
     from service.api.delivery.webhooks import delivering, load_webhooks
     from service.api.source_files import SourceFolders
     from service.runs.jobs.supervision import kept_working
-    from service.store.databases.location import database_of, shown
     from service.store.entries import JobKind
 
     for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
@@ -137,7 +135,6 @@ def check_tokens(log: str, host: str) -> None:
     ServiceError
         If it has no token that is valid.
     """
-    from service.store.databases.location import shown
     from service.store.registers.access import list_tokens
 
     now_us = time.time_ns() // 1000

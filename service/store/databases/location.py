@@ -6,10 +6,12 @@ are refused here, in words, before anything is touched.
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from service.errors import LogError
-from service.store.databases.database import Database
-from service.store.databases.sqlite_file import SqliteFile
+
+if TYPE_CHECKING:
+    from service.store.databases.database import Database
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _SQLITE = "sqlite:///"
@@ -17,7 +19,7 @@ _POSTGRES = "postgresql+psycopg://"
 _WANTED = f"expected PATH.db, {_SQLITE}PATH or {_POSTGRES}..."
 
 
-def database_of(url: str) -> Database:
+def database_of(url: str) -> "Database":
     """Find the database of a log by its name.
 
     Raises
@@ -25,7 +27,10 @@ def database_of(url: str) -> Database:
     LogError
         If the scheme is unknown, or the name has no scheme and does not end in `.db`.
     """
+    # What opens a database takes long to load; the names of logs are asked for without.
     if not url.startswith(_POSTGRES):
+        from service.store.databases.sqlite_file import SqliteFile
+
         return SqliteFile(log_file(url))
     from sqlalchemy.engine import make_url
     from sqlalchemy.exc import ArgumentError
