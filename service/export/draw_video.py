@@ -18,31 +18,22 @@ from service.export.tracks import END, Views
 from service.questions.events.notes import covered
 from service.questions.events.queries import EventFilter, decode_event, find_event, iterate_events
 from service.records.runs import CameraRecord, RunRecord
-from service.records.seen import OverlayForm
+from service.records.seen import Drawing
 from service.records.times import TimePoint, format_media
 from service.store.log import EventLog
 from vision.objects import ByteArray
 from vision.video.frames import Frame, VideoSource, open_video
 
+USUAL = Drawing()
+Window = tuple[int, int | None]
+"""From when, and to when, excluded; None is to the end."""
 MICROSECOND = Fraction(1, 1_000_000)
 _SOUGHT_IN = {"crf": "20", "preset": "veryfast", "g": "25", "bf": "0"}
 """A key picture in every second, and none that rests on a later one: players seek to the frame."""
 
 
-def picture_at(
-    log: EventLog,
-    run: RunRecord,
-    video: Path,
-    t_us: int,
-    *,
-    overlay: OverlayForm = "symbols",
-    width_px: int | None = None,
-) -> ByteArray:
+def picture_at(log: EventLog, run: RunRecord, video: Path, t_us: int, drawing: Drawing = USUAL) -> ByteArray:
     """Give the frame that is shown at a time, with its overlay.
-
-    Parameters
-    ----------
-    width_px : of the picture at most.
 
     Returns
     -------
@@ -61,7 +52,7 @@ def picture_at(
         expected = f"expected a time in its video, of which it covers {covered(log, run)}"
         raise NotInLogError(f"run {run.id!r}: {expected}, got {format_media(t_us)}")
     window_us = frame.t_us, frame.t_us + 1
-    [(_, picture)] = _drawn(log, run, source, [frame], window_us, overlay=overlay, width_px=width_px)
+    [(_, picture)] = _drawn(log, run, source, [frame], window_us, drawing=drawing)
     return picture
 
 
@@ -90,20 +81,9 @@ def event_window(log: EventLog, event_id: str, pad_us: int) -> tuple[RunRecord, 
 
 
 def write_video(
-    log: EventLog,
-    run: RunRecord,
-    video: Path,
-    out: Path,
-    window_us: tuple[int, int | None],
-    *,
-    overlay: OverlayForm = "symbols",
-    width_px: int | None = None,
+    log: EventLog, run: RunRecord, video: Path, out: Path, window_us: Window, *, drawing: Drawing = USUAL
 ) -> None:
     """Write the frames of a window `[from, to)` with their overlay as H.264, with their own time stamps.
-
-    Parameters
-    ----------
-    width_px : of the pictures at most.
 
     Raises
     ------
@@ -112,7 +92,7 @@ def write_video(
     """
     source = open_video(video)
     with closing(source.frames(from_us=window_us[0])) as frames:
-        drawn = _drawn(log, run, source, frames, window_us, overlay=overlay, width_px=width_px)
+        drawn = _drawn(log, run, source, frames, window_us, drawing=drawing)
         first = next(drawn, None)
         if first is None:
             raise InputError(f"{video}: expected frames from {window_us[0]} us on, got none")
@@ -134,27 +114,20 @@ def write_video(
 
 
 def _drawn(
-    log: EventLog,
-    run: RunRecord,
-    source: VideoSource,
-    frames: Iterable[Frame],
-    window_us: tuple[int, int | None],
-    *,
-    overlay: OverlayForm,
-    width_px: int | None,
+    log: EventLog, run: RunRecord, source: VideoSource, frames: Iterable[Frame], window_us: Window, *, drawing: Drawing
 ) -> Iterator[tuple[int, ByteArray]]:
     """Draw those of some frames, in order, that lie in a window: their times and pictures."""
-    from_us, to_us = window_us
+    (from_us, to_us), width_px = window_us, drawing.width_px
     begun = dropwhile(lambda one: one.t_us < from_us, frames)
     inside = takewhile(lambda one: to_us is None or one.t_us < to_us, begun)
-    if overlay == "none":
+    if drawing.overlay == "none":
         yield from ((one.t_us, _narrowed(one.to_bgr(), width_px)) for one in inside)
         return
     looked = _overlays(log, run, _camera(run, source), inside, from_us=from_us, to_us=to_us)
     for frame, seen, view in looked:
         picture = _narrowed(frame.to_bgr(), width_px)
         scale = picture.shape[1] / source.width_px
-        yield frame.t_us, draw_overlay(picture, seen, view, scale=scale, is_named=overlay == "symbols")
+        yield frame.t_us, draw_overlay(picture, seen, view, scale=scale, is_named=drawing.overlay == "symbols")
 
 
 def _narrowed(picture: ByteArray, width_px: int | None) -> ByteArray:

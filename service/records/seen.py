@@ -11,6 +11,14 @@ LinkLevel = Literal["world", "on_road", "car"]
 Verdict = Literal["validated", "refuted", "undecided"]
 OverlayForm = Literal["none", "boxes", "symbols"]
 
+
+class Drawing(Struct, frozen=True):
+    """What is drawn on pictures, and how wide they are at most; None: as they come."""
+
+    overlay: OverlayForm = "symbols"
+    width_px: int | None = None
+
+
 # In MOT text the upper left corner of the image's first pixel is (1, 1); with us its centre is (0, 0).
 MOT_OFFSET_PX = 1.5
 

@@ -12,7 +12,7 @@ import msgspec
 from service.api.processes.questions import opened
 from service.errors import ExportError, NotInLogError
 from service.records.runs import RunRecord
-from service.records.seen import OverlayForm
+from service.records.seen import Drawing
 
 MOST_CLIP_US = 60_000_000
 MOST_KEPT = 8
@@ -39,29 +39,18 @@ def video_of(run: RunRecord, folders: Iterable[Path]) -> Path:
     return path
 
 
-def picture(
-    log: str, run_id: str, folders: Iterable[Path], t_us: int, *, overlay: OverlayForm, width_px: int | None
-) -> bytes:
+def picture(log: str, run_id: str, folders: Iterable[Path], t_us: int, drawing: Drawing) -> bytes:
     """Make the picture of a run that is shown at a time, as JPEG; parameters and errors as those of `picture_at`."""
     import cv2
 
     from service.export.draw_video import picture_at
 
     run = opened(log).run(run_id)
-    image = picture_at(opened(log), run, video_of(run, folders), t_us, overlay=overlay, width_px=width_px)
+    image = picture_at(opened(log), run, video_of(run, folders), t_us, drawing)
     return cv2.imencode(".jpg", image)[1].tobytes()
 
 
-def clip(
-    log: str,
-    event_id: str,
-    folders: Iterable[Path],
-    kept: Path,
-    *,
-    pad_us: int,
-    overlay: OverlayForm,
-    width_px: int | None,
-) -> Path:
+def clip(log: str, event_id: str, folders: Iterable[Path], kept: Path, *, pad_us: int, drawing: Drawing) -> Path:
     """Make the piece of video of an event, or find the one that is kept; parameters as those of `event_window`.
 
     Parameters
@@ -84,7 +73,7 @@ def clip(
     video = video_of(run, folders)
     # What a run that goes on has not seen yet is no part of it, so more of it is another clip.
     seen_us = min(opened(log).last_us(run.id), to_us)
-    made_of = msgspec.json.encode((run, event_id, pad_us, overlay, width_px, seen_us))
+    made_of = msgspec.json.encode((run, event_id, pad_us, drawing, seen_us))
     path = kept / f"{sha1(made_of, usedforsecurity=False).hexdigest()}.mp4"
     if path.exists():
         return path
@@ -92,5 +81,5 @@ def clip(
         for old in sorted(kept.iterdir(), key=lambda one: one.stat().st_mtime_ns)[: 1 - MOST_KEPT]:
             old.unlink()
     part = path.with_suffix(f".{os.getpid()}.mp4")
-    write_video(opened(log), run, video, part, (from_us, to_us), overlay=overlay, width_px=width_px)
+    write_video(opened(log), run, video, part, (from_us, to_us), drawing=drawing)
     return part.replace(path)

@@ -21,7 +21,7 @@ from service.export.events import exported
 from service.questions.events.queries import MAX_VALUES, EventFilter
 from service.questions.observations.coverage import Coverage, lost_views
 from service.records.runs import RunSite, RunStatus
-from service.records.seen import OverlayForm
+from service.records.seen import Drawing, OverlayForm
 from service.runs.graph.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
 from service.store.upkeep import holdings
@@ -120,8 +120,8 @@ def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequ
     @router.get("/runs/{run}/frame", name="frame", responses=file_answers(["image/jpeg"], 404, 409, 422))
     async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
         """Get a frame of the video of a run as JPEG, with what the run saw on it."""
-        make = partial(picture, overlay=asked.overlay, width_px=asked.width)
-        return Response(await pool.ask(make, run, allowed, asked.t_us), media_type="image/jpeg")
+        made = await pool.ask(picture, run, allowed, asked.t_us, Drawing(asked.overlay, asked.width))
+        return Response(made, media_type="image/jpeg")
 
     @router.get("/events/{event_id}/clip.mp4", name="clip", responses=video | problems(409))
     async def get_clip(event_id: str, asked: Annotated[_Clip, Query()], request: Request) -> Response:
@@ -129,7 +129,7 @@ def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequ
 
         Takes `Range`.
         """
-        make = partial(clip, pad_us=asked.pad_us, overlay=asked.overlay, width_px=asked.width)
+        make = partial(clip, pad_us=asked.pad_us, drawing=Drawing(asked.overlay, asked.width))
         path = await pool.ask(make, event_id, allowed, request.app.state.clips)
         return FileResponse(path, content_disposition_type="inline", filename=f"{event_id}.mp4")
 

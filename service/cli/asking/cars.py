@@ -1,6 +1,7 @@
 """`dyknow objects`, `tracks`, `draw` and `clip`: which cars are there, by what links, and where?"""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -9,10 +10,10 @@ import typer
 from service.cli.options import AsJson, From, LogName, RunName, To, open_log, read_window
 from service.cli.printing import check_target, format_table, print_json_list, show, tell, write_blocks, write_picture
 from service.errors import ExportError, InputError
+from service.records.times import format_media, parse_media_us
+from service.store.databases.location import log_files
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from service.questions.observations.identity import CarIdentity, IdentityLink
     from service.records.runs import RunRecord
     from service.records.seen import CarState
@@ -48,7 +49,6 @@ def objects(
 
 
 def _car_row(one: "CarIdentity") -> list[str]:
-    from service.records.times import format_media
 
     times = [format_media(one.first_us), format_media(one.last_us)]
     counts = [str(count) if count else "" for count in (one.undecided, one.refuted, one.open)]
@@ -56,7 +56,6 @@ def _car_row(one: "CarIdentity") -> list[str]:
 
 
 def _link_row(one: "IdentityLink") -> list[str]:
-    from service.records.times import format_media
 
     end = "" if one.end_us is None else format_media(one.end_us)
     hidden = _seconds(0 if one.hidden_us is None else one.start_us - one.hidden_us)
@@ -132,7 +131,6 @@ def draw(
 ) -> None:
     """Draw cars, trails and events of a log on its video, or on the frame at --from."""
     from service.export.draw_video import picture_at, write_video
-    from service.store.databases.location import log_files
 
     from_us, to_us = read_window(start, end)
     if from_us is None or (to_us is not None and to_us <= from_us):
@@ -164,8 +162,7 @@ def clip(
 ) -> None:
     """Cut the piece of video of an event, with what the run saw on it."""
     from service.export.draw_video import event_window, write_video
-    from service.records.times import parse_media_us
-    from service.store.databases.location import log_files
+    from service.records.seen import Drawing
 
     if out.suffix.lower() != ".mp4":
         raise InputError(f"--out: expected a path ending in .mp4, got {str(out)!r}")
@@ -173,5 +170,5 @@ def clip(
         run, window_us = event_window(opened, event_id, parse_media_us(pad, parameter="--pad"))
         source = video or Path(run.file.path if run.file else run.input)
         check_target(out, source, *log_files(log))
-        write_video(opened, run, source, out, window_us, overlay=overlay)
+        write_video(opened, run, source, out, window_us, drawing=Drawing(overlay))
     show({"out": str(out), "bytes": out.stat().st_size, "run": run.id}, str(out), as_json=as_json)
