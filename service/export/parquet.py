@@ -35,12 +35,12 @@ def parquet(columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[object]]
     schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in columns])
 
     def written() -> Iterator[bytes]:
-        sink, waiting = _Sink(), iter(rows)
+        sink, waiting = io.BytesIO(), iter(rows)
         with ParquetWriter(sink, schema, compression="zstd") as writer:
             while group := list(islice(waiting, GROUP)):
                 writer.write_table(_table(pa, schema, group), row_group_size=GROUP)
-                yield sink.taken()
-        yield sink.taken()
+                yield _taken(sink)
+        yield _taken(sink)
 
     return written()
 
@@ -50,24 +50,9 @@ def _table(pa: Any, schema: Any, rows: Sequence[Sequence[object]]) -> Any:
     return pa.table([pa.array(one, field.type) for one, field in zip(values, schema, strict=True)], schema=schema)
 
 
-class _Sink(io.RawIOBase):
-    """A file of which what was written so far can be taken."""
-
-    def __init__(self) -> None:
-        self._blocks = list[bytes]()
-        self._size = 0
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, block: Any) -> int:
-        self._blocks.append(bytes(block))
-        self._size += len(self._blocks[-1])
-        return len(self._blocks[-1])
-
-    def tell(self) -> int:
-        return self._size
-
-    def taken(self) -> bytes:
-        blocks, self._blocks = self._blocks, []
-        return b"".join(blocks)
+def _taken(sink: io.BytesIO) -> bytes:
+    """Take what was written; pyarrow counts by itself at which byte of the file it is."""
+    block = sink.getvalue()
+    sink.seek(0)
+    sink.truncate()
+    return block

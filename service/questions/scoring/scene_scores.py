@@ -30,10 +30,14 @@ from service.records.runs import RunRecord
 from service.records.seen import MOT_OFFSET_PX, CarState, SeenObject
 from service.runs.inputs.trajectories import Trajectories, load_trajectories
 from service.store.log import EventLog, open_log
+from service.texts.chronicle_files import read_text
 
 MOT_SUFFIXES = (".txt", ".mot")
 MOT_FIELDS = 6
 FARTHEST_PX = 1_000_000
+OBJECTS, CARS, TRACKS = "vision objects", "cars", "tracks"
+# Both sides of one scene by level (`OBJECTS`, `CARS`, `TRACKS`), in the order of processing: true and found rows.
+Compared = dict[str, tuple[ObjectRows, ObjectRows]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,17 +150,19 @@ def _read_visible(path: Path, tracks: Trajectories) -> BoolArray:
 def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
     frames, names, boxes = [], [], []
     told: set[tuple[int, str]] = set()
-    for number, fields in enumerate(_mot_lines(path), start=1):
+    lines = [line for line in read_text(path, "MOT text").splitlines() if line.strip()]
+    for number, line in enumerate(lines, start=1):
+        fields = line.split(",")
         try:
             frame, left, top, width, height = int(fields[0]), *(float(text) for text in fields[2:MOT_FIELDS])
         except (ValueError, IndexError) as error:
             expected = "frame, id, left, top, width, height"
-            raise InputError(f"{path}:{number}: expected {expected}, got {','.join(fields)!r}") from error
+            raise InputError(f"{path}:{number}: expected {expected}, got {line!r}") from error
         if not 1 <= frame <= len(frame_us):
             raise InputError(f"{path}:{number}: expected a frame from 1 to {len(frame_us)}, got {frame}")
         if not (all(abs(value) <= FARTHEST_PX for value in (left, top, width, height)) and min(width, height) >= 0):
             expected = f"expected a box within {FARTHEST_PX} pixels, its sides not below 0"
-            raise InputError(f"{path}:{number}: {expected}, got {','.join(fields)!r}")
+            raise InputError(f"{path}:{number}: {expected}, got {line!r}")
         if (frame, fields[1].strip()) in told:
             raise InputError(f"{path}:{number}: expected each id once in a frame, got {fields[1].strip()!r} again")
         told.add((frame, fields[1].strip()))
@@ -169,21 +175,6 @@ def _read_mot(path: Path, frame_us: IntArray, view: SceneView) -> ObjectRows:
     rows = replace(_rows(frame_of, names, np.column_stack((centre_m, np.zeros((len(frames), 3))))), box_px=box_px)
     rows = rows.select(np.argsort(frame_of, kind="stable"))
     return rows.select(np.asarray(np.isfinite(rows.centre_m).all(axis=1)))
-
-
-def _mot_lines(path: Path) -> list[list[str]]:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected a readable MOT text, got {error}") from error
-    return [line.split(",") for line in text.splitlines() if line.strip()]
-
-
-OBJECTS, CARS, TRACKS = "vision objects", "cars", "tracks"
-
-
-# Both sides of one scene by level (`OBJECTS`, `CARS`, `TRACKS`), in the order of processing: true and found rows.
-Compared = dict[str, tuple[ObjectRows, ObjectRows]]
 
 
 @dataclass(frozen=True, slots=True)

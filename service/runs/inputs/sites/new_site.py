@@ -16,6 +16,7 @@ from gis.errors import GisError
 from gis.frames import LocalFrame
 from gis.polyline import FloatArray
 from service.errors import SiteError
+from service.texts.chronicle_files import read_text
 from service.texts.csv_table import read_table
 
 PIXELS = ("u_px", "v_px")
@@ -129,11 +130,7 @@ def _lane_tables(path: Path) -> Iterator[str]:
 
 def _read(path: Path, what: str) -> tuple[list[str], list[_Row]]:
     """Read the header of a CSV file, and its rows."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        came = error.strerror if isinstance(error, OSError) else "another encoding"
-        raise SiteError(f"{path}: expected a CSV file of {what} in UTF-8, got {came}") from error
+    text = read_text(path, f"CSV file of {what}", SiteError)
     header, rows = read_table(str(path), text.splitlines())
     return header, [(where, dict(zip(header, fields, strict=True))) for where, fields in rows]
 

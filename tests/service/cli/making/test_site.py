@@ -228,9 +228,9 @@ def test_what_to_make_must_be_said(clip: Path, words: list[str]) -> None:
 
 def test_a_file_that_is_no_table_is_refused(clip: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["site", "new", str(clip), "--points", str(clip), "--out", str(clip.parent / "a.toml")]) == 3
-    assert "expected a CSV file of points in UTF-8, got another encoding" in capsys.readouterr().err
+    assert "expected UTF-8 text, got byte 0x" in capsys.readouterr().err
     assert run(["site", "new", str(clip), "--points", "nowhere.csv", "--out", str(clip.parent / "a.toml")]) == 3
-    assert "nowhere.csv: expected a CSV file of points in UTF-8, got No such file" in capsys.readouterr().err
+    assert "nowhere.csv: expected a readable CSV file of points, got No such file" in capsys.readouterr().err
 
 
 def test_a_lens_goes_through_a_run_and_its_boxes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
