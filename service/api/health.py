@@ -33,6 +33,10 @@ from service.store.versions import read_version
 # A page of events takes some milliseconds, an explanation ten seconds at most.
 BUCKETS_S = (0.01, 0.05, 0.2, 1.0, 5.0, 20.0)
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+LOOKED_WITHIN_S = 5.0
+LEAST_FREE_BYTES = 100_000_000
+"""Less is soon used up: a minute of traffic takes some hundred kilobytes, a migration as much as the log."""
+_LOGGER = logging.getLogger(__name__)
 
 
 class Metrics:
@@ -68,13 +72,6 @@ class Metrics:
     def text(self) -> bytes:
         """Give all, in Prometheus' text form."""
         return generate_latest(self._registry)
-
-
-LOOKED_WITHIN_S = 5.0
-LEAST_FREE_BYTES = 100_000_000
-"""Less is soon used up: a minute of traffic takes some hundred kilobytes, a migration as much as the log."""
-
-_LOGGER = logging.getLogger(__name__)
 
 
 def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:

@@ -47,6 +47,7 @@ Text = tuple[str, str]
 """Its name, and what it says."""
 
 _LOGGER = logging.getLogger(__name__)
+_STANDING: tuple[EventStatus, ...] = ("recognised", "tentative", "confirmed", "doubtful")
 
 
 class FollowedTexts:
@@ -138,9 +139,6 @@ def stored_texts(log_url: str) -> list[ChronicleText]:
         return []
     with open_log(log_url) as log:
         return ChronicleTexts(log).current()
-
-
-_STANDING: tuple[EventStatus, ...] = ("recognised", "tentative", "confirmed", "doubtful")
 
 
 @dataclass(slots=True)

@@ -37,6 +37,14 @@ LOOPBACK = Token("loopback", "", "admin", 0)
 READ_EVERY_S = 1.0
 MOST_FAILURES = 10
 FAILURES_WITHIN_S = 60
+OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
+"""What anybody may ask who reaches the server."""
+CHANGING_NOTHING: Final = frozenset(
+    {"/login", "/api/v1/monitors/try", *(f"/api/v1/chronicles/{one}" for one in ("check", "diff", "format", "try"))}
+)
+"""What is posted only since it has a body, or needs one's own page."""
+ADMINISTERED: Final = "/api/v1/webhooks"
+_LOGGER = logging.getLogger(__name__)
 
 
 class Callers:
@@ -133,19 +141,6 @@ def add_login(router: APIRouter) -> None:
         response = Response(status_code=204)
         response.delete_cookie(COOKIE, httponly=True, samesite="strict")
         return response
-
-
-OPEN: Final = frozenset({"/healthz", "/readyz", "/logout"})
-"""What anybody may ask who reaches the server."""
-
-CHANGING_NOTHING: Final = frozenset(
-    {"/login", "/api/v1/monitors/try", *(f"/api/v1/chronicles/{one}" for one in ("check", "diff", "format", "try"))}
-)
-"""What is posted only since it has a body, or needs one's own page."""
-
-ADMINISTERED: Final = "/api/v1/webhooks"
-
-_LOGGER = logging.getLogger(__name__)
 
 
 def needed_scope(method: str, path: str) -> TokenScope:

@@ -70,6 +70,12 @@ ANSWERS: Mapping[type[Exception], tuple[int, str]] = {
     TextRefusedError: (422, "urn:dyknow:problem:bad-chronicle"),
     VersionError: (412, "urn:dyknow:problem:other-version"),
 }
+Answers = dict[int | str, JsonObject]
+JSON: Final = "application/json"
+EXPLANATION = "Explanation"  # its schema comes with the chronicles
+REFERENCE = "#/components/schemas/{name}"
+TEXT_BODY = {"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}}
+VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": {"schema": {}}}}}
 
 
 def register_problems(app: FastAPI) -> None:
@@ -190,16 +196,6 @@ def without_folders(text: str) -> str:
 def answer_bug(request: Request) -> Response:
     """Answer where we failed: what went wrong inside stands in the server's own output, not here."""
     return problem(request, 500, f"{request.url.path}: expected an answer, got an internal error")
-
-
-Answers = dict[int | str, JsonObject]
-
-JSON: Final = "application/json"
-EXPLANATION = "Explanation"  # its schema comes with the chronicles
-REFERENCE = "#/components/schemas/{name}"
-
-TEXT_BODY = {"requestBody": {"content": {"text/plain": {"schema": {"type": "string"}}}}}
-VIDEO_BODY = {"requestBody": {"required": True, "content": {"application/octet-stream": {"schema": {}}}}}
 
 
 def answers(

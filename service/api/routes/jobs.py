@@ -36,6 +36,9 @@ from service.texts.csv_table import ROW_SUFFIXES
 
 JobName = Annotated[str, PathPart(pattern="^[0-9a-f]{16}$")]
 _JOB = "/jobs/{job}"
+SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
+ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]
+_SOURCE = "/sources/{name}"
 
 
 def add_jobs(router: APIRouter, log: EventLog, folders: SourceFolders) -> None:
@@ -144,11 +147,6 @@ def _status(job: Job) -> JobStatus:
 
 def _accepted(job: Job) -> Response:
     return json_answer(_status(job), 202, {"Location": f"/api/v1/jobs/{job.id}"})
-
-
-SourceName = Annotated[str, PathPart(pattern=SOURCE_NAME)]
-ContentDigest = Annotated[str, Header(description="`sha-256=:BASE64:` of the body, RFC 9530.")]
-_SOURCE = "/sources/{name}"
 
 
 def add_sources(router: APIRouter, log: EventLog, folders: SourceFolders, pool: ProcessPool) -> None:

@@ -27,6 +27,9 @@ from service.store.log import EventLog
 
 MOST_US = 60_000_000
 """Of all cars so much is told at once: some megabytes of a busy junction."""
+_DEFAULT_LIMIT = 1_000
+_MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
+_Name = Annotated[str, WithJsonSchema({"type": "string", "enum": list(RANK)})]
 
 
 class _Stepwise(InWindow):
@@ -83,13 +86,6 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
 
             return Response(car_features(columns, known_frame_of(run)), media_type=GEOJSON)
         return json_answer(Tracks(run.id, columns, coverage.of_run(run)))
-
-
-_DEFAULT_LIMIT = 1_000
-_MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
-
-
-_Name = Annotated[str, WithJsonSchema({"type": "string", "enum": list(RANK)})]
 
 
 class _About(OfRun):

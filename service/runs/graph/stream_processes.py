@@ -42,6 +42,8 @@ from service.texts.monitor_files import LoadedMonitors
 
 _NEVER_US, _FOR_GOOD_US = -(2**62), 2**62
 _time = attrgetter("t_us")
+# Speeds of a video wobble about a limit; what is back within a second was no new deed.
+CALM_US = 1_000_000
 
 
 class StandingEvents:
@@ -98,10 +100,6 @@ class StandingEvents:
             for event in one.given:
                 if event.name in self._names and one.confidence >= one.floor:
                     insort(self._events, event, key=_time)
-
-
-# Speeds of a video wobble about a limit; what is back within a second was no new deed.
-CALM_US = 1_000_000
 
 
 class SynchronisationUnit:

@@ -25,6 +25,7 @@ JUMP_US = 10_000_000
 
 Tell = Callable[[str], None]
 Connection = tuple[InputContainer, VideoStream]
+_LONGEST_LINE = 1 << 20  # bytes
 
 
 class Receiver:
@@ -150,9 +151,6 @@ def _decoded_us(packet: Packet[VideoStream]) -> int:
 def _kind(stream: VideoStream) -> tuple[str, int, int]:
     """Tell what must be the same for two connections to be of one recording."""
     return stream.codec_context.name, stream.width, stream.height
-
-
-_LONGEST_LINE = 1 << 20  # bytes
 
 
 class RowReceiver:

@@ -24,6 +24,7 @@ from vision.video.recording import INDEX, LOCK, Part, is_growing, parts_so_far
 
 FILE_US = 60_000_000
 _TICKS = Fraction(1, 90_000)  # of MPEG-TS
+_MARK = "processed"
 
 
 class RecordingWriter:
@@ -146,9 +147,6 @@ def folder_name(utc_us: int) -> str:
     '20251127T190612.000000Z'
     """
     return datetime.fromtimestamp(utc_us / 1e6, UTC).strftime("%Y%m%dT%H%M%S.%fZ")
-
-
-_MARK = "processed"
 
 
 def remove_old(folder: Path, *, age_us: int, size_bytes: int) -> list[Path]:

@@ -24,6 +24,9 @@ from sqlalchemy.pool import QueuePool
 from service.errors import LogError, RunBusyError
 from service.store.databases.database import Database, driver_rows, explained
 
+BUSY_TIMEOUT_S = 30.0
+READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
+
 
 class RunLock:
     """Hold the right to write one run of a log; release it, or let the process end.
@@ -70,10 +73,6 @@ class RunLock:
                 unless_taken.pop_all()
                 return handle
         return None
-
-
-BUSY_TIMEOUT_S = 30.0
-READ_CONNECTIONS = 40  # one for each worker thread of the HTTP server
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,8 @@ from vision.video.frame import Frame
 # How far the camera may come to look, as a part of the diagonal of its first view: less where there is no network,
 # since all ground in reach is road then.
 REACH_SHARE, REACH_SHARE_WITHOUT_ROADS = 0.5, 0.25
+BRIGHT = 128
+NO_PARENT = -1
 
 
 class StoredPoses:
@@ -131,10 +133,6 @@ def camera_motion(
     if motion.poses is not None:
         return StoredPoses(motion.poses, size_px)
     return Registration(camera.pixel_from_ground, size_px, settings)
-
-
-BRIGHT = 128
-NO_PARENT = -1
 
 
 def watched_area(
