@@ -22,7 +22,7 @@ from service.api.description import add_docs, describe_bodies
 from service.api.frame import ConditionalMiddleware, RequestFrame
 from service.api.health import Metrics, add_health
 from service.api.messages.answers import register_problems
-from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
 from service.records.runs import ChronicleRecord, software_version

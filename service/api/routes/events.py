@@ -26,8 +26,7 @@ from service.api.messages.parameters import (
     read_stream_question,
     taking,
 )
-from service.api.processes.pool import ProcessPool
-from service.api.processes.questions import summary
+from service.api.processes.questions import ProcessPool, summary
 from service.errors import LogError
 from service.export.events import exported
 from service.questions.events.notes import name_notes, run_notes

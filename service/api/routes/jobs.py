@@ -19,8 +19,7 @@ from starlette.responses import Response
 from service.api.messages.answers import VIDEO_BODY, answers, json_answer, link_to_next, problems, without_folders
 from service.api.messages.asked import SOURCE_NAME, Paged, RunOrder, SourceOrder
 from service.api.messages.bodies import JobList, JobStatus, SourceList
-from service.api.processes.pool import ProcessPool
-from service.api.processes.questions import unfit_video
+from service.api.processes.questions import ProcessPool, unfit_video
 from service.api.source_files import SourceFolders, Uploads
 from service.errors import InputError, NotInLogError, QueryError, TakenError
 from service.questions.events.cursors import decode_cursor, encode_cursor

@@ -13,8 +13,7 @@ from qsr.relations import RANK
 from service.api.messages.answers import answers, json_answer
 from service.api.messages.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
 from service.api.messages.bodies import CarList, LinkList, Tracks
-from service.api.processes.pool import ProcessPool
-from service.api.processes.questions import relations
+from service.api.processes.questions import ProcessPool, relations
 from service.errors import FilterError
 from service.questions.events.queries import MAX_LIMIT, MAX_VALUES
 from service.questions.observations.car_tracks import car_columns

@@ -15,8 +15,7 @@ from service.api.messages.answers import answers, file_answers, json_answer, pro
 from service.api.messages.asked import GEOJSON, Form, MediaTime, NoParameters
 from service.api.messages.bodies import RunDetail, RunList, RunSummary
 from service.api.processes.pictures import clip, picture, video_of
-from service.api.processes.pool import ProcessPool
-from service.api.processes.questions import site
+from service.api.processes.questions import ProcessPool, site
 from service.export.events import exported
 from service.questions.events.queries import MAX_VALUES, EventFilter
 from service.questions.observations.coverage import Coverage, lost_views

@@ -11,7 +11,7 @@ from service.api.delivery.event_stream import EventStream
 from service.api.messages.answers import answers, json_answer
 from service.api.messages.asked import take_none
 from service.api.messages.bodies import Index
-from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import ProcessPool
 from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
