@@ -41,18 +41,7 @@ from service.records.seen import (
     ViewRecord,
 )
 from service.store import schema
-from service.store.chunks.kinds import (
-    CAR_STATES,
-    FRAMES,
-    LEFT_OUT,
-    RELATIONS,
-    SEEN_OBJECTS,
-    SPAN_US,
-    VIEWS,
-    Chunk,
-    ChunkKind,
-    Where,
-)
+from service.store.chunks import kinds
 from service.store.databases.database import Database, Lock, driver_rows, explained
 from service.store.databases.location import database_of
 from service.store.databases.sqlite_file import SqliteFile
@@ -257,13 +246,13 @@ class EventLog:
         self, run_id: str, *, cars: Collection[str] | None = None, from_us: int | None = None, to_us: int | None = None
     ) -> Iterator[CarState]:
         """Stream the states of cars, or of all, with `from_us <= t_us < to_us`, ordered by time, then by name."""
-        where: Where = {}
+        where: kinds.Where = {}
         if cars is not None:
             first_us, last_us = self.life_us(run_id, cars) or (0, -1)
             from_us = first_us if from_us is None else max(first_us, from_us)
             to_us = last_us + 1 if to_us is None else min(last_us + 1, to_us)
             where = {"car": cars.__contains__}
-        return self._unpacked(CAR_STATES, run_id, from_us, to_us, where)
+        return self._unpacked(kinds.CAR_STATES, run_id, from_us, to_us, where)
 
     def state_columns(
         self, run_id: str, names: Sequence[str], *, from_us: int | None = None, to_us: int | None = None
@@ -274,29 +263,31 @@ class EventLog:
         """
         from service.store.chunks.packing import numbers
 
-        return numbers(CAR_STATES, self.chunks(run_id, CAR_STATES, from_us, to_us), names, log=self.place.name)
+        return numbers(
+            kinds.CAR_STATES, self.chunks(run_id, kinds.CAR_STATES, from_us, to_us), names, log=self.place.name
+        )
 
     def objects(self, run_id: str) -> Iterator[SeenObject]:
         """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""
-        return self._unpacked(SEEN_OBJECTS, run_id)
+        return self._unpacked(kinds.SEEN_OBJECTS, run_id)
 
     def views(self, run_id: str) -> Iterator[ViewRecord]:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
-        return self._unpacked(VIEWS, run_id)
+        return self._unpacked(kinds.VIEWS, run_id)
 
     def frames(self, run_id: str, *, from_us: int | None = None, to_us: int | None = None) -> Iterator[tuple[int, int]]:
         """Stream (number in the source from 1, t_us) of the frames that a run looked at, in the order of the input.
 
         Only those with `from_us <= t_us < to_us`.
         """
-        return ((one.number, one.t_us) for one in self._unpacked(FRAMES, run_id, from_us, to_us))
+        return ((one.number, one.t_us) for one in self._unpacked(kinds.FRAMES, run_id, from_us, to_us))
 
     def source_frames(self, run_id: str) -> Iterator[tuple[int, int]]:
         """Stream (number, t_us) of all frames of the source that a run came to, those not looked at included.
 
         Runs of before schema 7 know only those that were looked at.
         """
-        left_out = ((one.number, one.t_us) for one in self._unpacked(LEFT_OUT, run_id))
+        left_out = ((one.number, one.t_us) for one in self._unpacked(kinds.LEFT_OUT, run_id))
         return heapq.merge(self.frames(run_id), left_out)
 
     def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[LinkRecord]:
@@ -321,7 +312,7 @@ class EventLog:
 
     def covered_us(self, run_id: str) -> tuple[int, int] | None:
         """Return the times of the first and the last frame of a run; None if it has none."""
-        return self._span_us(schema.chunks, run_id, schema.chunks.c.kind == FRAMES.name)
+        return self._span_us(schema.chunks, run_id, schema.chunks.c.kind == kinds.FRAMES.name)
 
     def life_us(self, run_id: str, cars: Collection[str]) -> tuple[int, int] | None:
         """Return when the first of some cars was first seen, and the last one last; None if there are none of them."""
@@ -353,26 +344,28 @@ class EventLog:
         names : of relations; None for all.
         about : only changes with one of these among their arguments are wanted.
         """
-        where: Where = {} if names is None else {"name": names.__contains__}
+        where: kinds.Where = {} if names is None else {"name": names.__contains__}
         if wanted := frozenset(about):
             where = {**where, "args": lambda args: not wanted.isdisjoint(args)}
-        return self._unpacked(RELATIONS, run_id, from_us, to_us, where)
+        return self._unpacked(kinds.RELATIONS, run_id, from_us, to_us, where)
 
     def late_us(self, run_id: str) -> int:
         """Say how long after it happened a relation change of a run was decided at most, roughly; at least how long."""
         table = schema.chunks
         query = select(func.max(table.c.span_us - table.c.first_us))
         with self.connect() as connection:
-            most_us = connection.scalar(query.where(_of_run(table.c.run_no, run_id), table.c.kind == RELATIONS.name))
-        return SPAN_US + (most_us or 0)
+            most_us = connection.scalar(
+                query.where(_of_run(table.c.run_no, run_id), table.c.kind == kinds.RELATIONS.name)
+            )
+        return kinds.SPAN_US + (most_us or 0)
 
     def _unpacked(
         self,
-        kind: ChunkKind[_Record],
+        kind: kinds.ChunkKind[_Record],
         run_id: str,
         from_us: int | None = None,
         to_us: int | None = None,
-        where: Where = MappingProxyType({}),
+        where: kinds.Where = MappingProxyType({}),
     ) -> Iterator[_Record]:
         """Stream rows of a kind that is kept in chunks; see `packing.unpacked`."""
         from service.store.chunks.packing import unpacked
@@ -381,20 +374,20 @@ class EventLog:
         return unpacked(kind, chunks, from_us=from_us, to_us=to_us, where=where, log=self.place.name)
 
     def chunks(
-        self, run_id: str, kind: ChunkKind[Any], from_us: int | None = None, to_us: int | None = None
-    ) -> Iterator[Chunk]:
+        self, run_id: str, kind: kinds.ChunkKind[Any], from_us: int | None = None, to_us: int | None = None
+    ) -> Iterator[kinds.Chunk]:
         """Stream the chunks of a kind, as they are stored, that may have rows with `from_us <= t_us < to_us`."""
         table = schema.chunks
-        query = select(*(table.c[name] for name in Chunk._fields))
+        query = select(*(table.c[name] for name in kinds.Chunk._fields))
         query = query.where(_of_run(table.c.run_no, run_id), table.c.kind == kind.name)
         if from_us is not None:
-            query = query.where(table.c.span_us > from_us - SPAN_US, table.c.last_us >= from_us)
+            query = query.where(table.c.span_us > from_us - kinds.SPAN_US, table.c.last_us >= from_us)
         if to_us is not None:
             query = query.where(table.c.first_us < to_us)
         if to_us is not None and kind.spans_by == "t_us":
             query = query.where(table.c.span_us < to_us)  # by the index
         rows = self._stream(query.order_by(table.c.span_us, table.c.number), at_once=_CHUNKS_AT_ONCE)
-        return map(Chunk._make, rows)
+        return map(kinds.Chunk._make, rows)
 
     def _records(self, kind: type[_Record], run_id: str, *conditions: ColumnElement[bool]) -> Iterator[_Record]:
         """Stream records of a kind, in the order of the primary key of their table."""

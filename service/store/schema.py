@@ -12,35 +12,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
-from msgspec import Struct
-from msgspec.inspect import (
-    BoolType,
-    FloatType,
-    IntType,
-    LiteralType,
-    StrType,
-    StructType,
-    UnionType,
-    VarTupleType,
-    type_info,
-)
-from sqlalchemy import (
-    BigInteger,
-    Boolean,
-    Column,
-    Dialect,
-    Float,
-    Index,
-    Integer,
-    LargeBinary,
-    MetaData,
-    PrimaryKeyConstraint,
-    Table,
-    Text,
-    TypeDecorator,
-    UniqueConstraint,
-    column,
-)
+import sqlalchemy as sa
+from msgspec import Struct, inspect
 
 from service.records.seen import CarRecord, HypothesisRecord, LinkRecord
 from service.store.entries import ChronicleText, Job, Source, Token, Undelivered, WebhookState, Written
@@ -50,116 +23,128 @@ APPLICATION = "dyknow event log"
 HIDDEN_STATUSES = ("retracted", "doubtful")
 """Of events that only who asks for them is told of."""
 
-metadata = MetaData()
-_IS_HIDDEN = column("status").in_(HIDDEN_STATUSES)
+metadata = sa.MetaData()
+_IS_HIDDEN = sa.column("status").in_(HIDDEN_STATUSES)
 
 
-class JsonArray(TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
+class JsonArray(sa.TypeDecorator[tuple[Any, ...]]):  # Any: of texts or numbers
     """A JSON array, read as a tuple; the writer makes the text."""
 
-    impl = Text
+    impl = sa.Text
     cache_ok = True
 
-    def process_result_value(self, value: str | None, dialect: Dialect) -> tuple[Any, ...]:
+    def process_result_value(self, value: str | None, dialect: sa.Dialect) -> tuple[Any, ...]:
         """Read what a row holds."""
         return tuple(msgspec.json.decode(value or "[]"))
 
 
-def _run_table(name: str, *items: Column[Any] | Index, with_rowid: bool = False) -> Table:
+def _run_table(name: str, *items: sa.Column[Any] | sa.Index, with_rowid: bool = False) -> sa.Table:
     """Make a table of which rows belong to a run; the key begins with it."""
-    run_no = Column("run_no", Integer, primary_key=True)
-    return Table(name, metadata, run_no, *items, sqlite_with_rowid=with_rowid)
+    run_no = sa.Column("run_no", sa.Integer, primary_key=True)
+    return sa.Table(name, metadata, run_no, *items, sqlite_with_rowid=with_rowid)
 
 
-def _numbered_table(name: str, *items: Column[Any] | Index) -> Table:
+def _numbered_table(name: str, *items: sa.Column[Any] | sa.Index) -> sa.Table:
     """Make a table of which rows keep the order in which the run wrote them, by a column `number`."""
-    return _run_table(name, Column("number", Integer, primary_key=True), *items, with_rowid=True)
+    return _run_table(name, sa.Column("number", sa.Integer, primary_key=True), *items, with_rowid=True)
 
 
-_COLUMN_TYPES = {BoolType: Boolean, FloatType: Float, StrType: Text, LiteralType: Text, VarTupleType: JsonArray}
+_COLUMN_TYPES = {
+    inspect.BoolType: sa.Boolean,
+    inspect.FloatType: sa.Float,
+    inspect.StrType: sa.Text,
+    inspect.LiteralType: sa.Text,
+    inspect.VarTupleType: JsonArray,
+}
 
 
-def _columns(kind: type[Struct], *key: str) -> Iterator[Column[Any]]:
+def _columns(kind: type[Struct], *key: str) -> Iterator[sa.Column[Any]]:
     """Give a column for each field of a struct, in its order and by its type; what may be None may be NULL."""
-    described = type_info(kind)
-    assert isinstance(described, StructType)
+    described = inspect.type_info(kind)
+    assert isinstance(described, inspect.StructType)
     for field in described.fields:
-        types = field.type.types if isinstance(field.type, UnionType) else (field.type,)
-        whole = BigInteger if field.name.endswith(("_us", "seq", "size")) else Integer
-        sql_type = whole if isinstance(types[0], IntType) else _COLUMN_TYPES[type(types[0])]
-        yield Column(field.name, sql_type, primary_key=field.name in key, nullable=len(types) > 1, autoincrement=False)
+        types = field.type.types if isinstance(field.type, inspect.UnionType) else (field.type,)
+        whole = sa.BigInteger if field.name.endswith(("_us", "seq", "size")) else sa.Integer
+        sql_type = whole if isinstance(types[0], inspect.IntType) else _COLUMN_TYPES[type(types[0])]
+        yield sa.Column(
+            field.name, sql_type, primary_key=field.name in key, nullable=len(types) > 1, autoincrement=False
+        )
 
 
 # Keys: application, schema_version, last_seq.
-meta = Table("meta", metadata, Column("key", Text, primary_key=True), Column("value", Text, nullable=False))
+meta = sa.Table(
+    "meta", metadata, sa.Column("key", sa.Text, primary_key=True), sa.Column("value", sa.Text, nullable=False)
+)
 
-runs = Table(
+runs = sa.Table(
     "runs",
     metadata,
-    Column("run_no", Integer, primary_key=True, autoincrement=False),
-    Column("id", Text, nullable=False, unique=True),
-    Column("source", Text, nullable=False),
-    Column("start_utc_us", BigInteger, nullable=False),
-    Column("first_pts_us", BigInteger),  # what a player of the video shows at media time 0; empty without a video
-    Column("status", Text, nullable=False),
-    Column("reason", Text, nullable=False),
-    Column("body", Text, nullable=False),  # RunRecord as JSON; status and reason above win over the body's
+    sa.Column("run_no", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("source", sa.Text, nullable=False),
+    sa.Column("start_utc_us", sa.BigInteger, nullable=False),
+    sa.Column("first_pts_us", sa.BigInteger),  # what a player of the video shows at media time 0; empty without a video
+    sa.Column("status", sa.Text, nullable=False),
+    sa.Column("reason", sa.Text, nullable=False),
+    sa.Column("body", sa.Text, nullable=False),  # RunRecord as JSON; status and reason above win over the body's
 )
 
 # `seq` is handed out by the writer from meta.last_seq, inside the transaction that writes the rows. So a number is
 # never used twice, even after a run is replaced, and numbers appear to readers in their order.
-events = Table(
+events = sa.Table(
     "events",
     metadata,
-    Column("seq", BigInteger().with_variant(Integer, "sqlite"), primary_key=True, autoincrement=False),
-    Column("id", Text, nullable=False, unique=True),
-    Column("run_no", Integer, nullable=False),
-    Column("type", Text, nullable=False),
-    Column("source", Text, nullable=False),
-    Column("start_us", BigInteger, nullable=False),
-    Column("end_us", BigInteger, nullable=False),
-    Column("start_utc_us", BigInteger, nullable=False),
-    Column("road", Text, nullable=False),
-    Column("status", Text, nullable=False),
-    Column("confidence", Float, nullable=False),
-    Column("body", Text, nullable=False),  # EventRecord as JSON
-    Index("events_by_start", "start_us", "seq"),
-    Index("events_by_type", "type", "start_us", "seq"),
-    Index("events_by_source", "source", "start_us", "seq"),
-    Index("events_by_road", "road", "start_us", "seq"),
-    Index("events_by_run", "run_no", "start_us", "seq"),
+    sa.Column("seq", sa.BigInteger().with_variant(sa.Integer, "sqlite"), primary_key=True, autoincrement=False),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("run_no", sa.Integer, nullable=False),
+    sa.Column("type", sa.Text, nullable=False),
+    sa.Column("source", sa.Text, nullable=False),
+    sa.Column("start_us", sa.BigInteger, nullable=False),
+    sa.Column("end_us", sa.BigInteger, nullable=False),
+    sa.Column("start_utc_us", sa.BigInteger, nullable=False),
+    sa.Column("road", sa.Text, nullable=False),
+    sa.Column("status", sa.Text, nullable=False),
+    sa.Column("confidence", sa.Float, nullable=False),
+    sa.Column("body", sa.Text, nullable=False),  # EventRecord as JSON
+    sa.Index("events_by_start", "start_us", "seq"),
+    sa.Index("events_by_type", "type", "start_us", "seq"),
+    sa.Index("events_by_source", "source", "start_us", "seq"),
+    sa.Index("events_by_road", "road", "start_us", "seq"),
+    sa.Index("events_by_run", "run_no", "start_us", "seq"),
     # Few among many.
-    Index("events_by_status", "status", "start_us", "seq", sqlite_where=_IS_HIDDEN, postgresql_where=_IS_HIDDEN),
+    sa.Index("events_by_status", "status", "start_us", "seq", sqlite_where=_IS_HIDDEN, postgresql_where=_IS_HIDDEN),
 )
 
-event_roles = Table(
+event_roles = sa.Table(
     "event_roles",
     metadata,
-    Column("seq", BigInteger, nullable=False),
-    Column("role", Text, nullable=False),
-    Column("actor", Text, nullable=False),
-    Column("start_us", BigInteger, nullable=False),
-    PrimaryKeyConstraint("seq", "role"),
-    Index("event_roles_by_actor", "actor", "start_us", "seq", "role"),
+    sa.Column("seq", sa.BigInteger, nullable=False),
+    sa.Column("role", sa.Text, nullable=False),
+    sa.Column("actor", sa.Text, nullable=False),
+    sa.Column("start_us", sa.BigInteger, nullable=False),
+    sa.PrimaryKeyConstraint("seq", "role"),
+    sa.Index("event_roles_by_actor", "actor", "start_us", "seq", "role"),
     sqlite_with_rowid=False,
 )
 
 # Which events have a newer state. A table of its own, since events are never edited. The key comes first: where it does
 # not, the check of SQLite 3.40 takes values for missing ones.
-revisions = Table(
+revisions = sa.Table(
     "revisions",
     metadata,
-    Column("revised", Text, primary_key=True),  # events.id
-    Column("run_no", Integer, nullable=False),
+    sa.Column("revised", sa.Text, primary_key=True),  # events.id
+    sa.Column("run_no", sa.Integer, nullable=False),
     sqlite_with_rowid=False,
 )
 
 durations = _run_table(
-    "durations", Column("type", Text, primary_key=True), Column("longest_us", BigInteger, nullable=False)
+    "durations", sa.Column("type", sa.Text, primary_key=True), sa.Column("longest_us", sa.BigInteger, nullable=False)
 )
 
 # Which roles the events of a type have: the columns of a CSV export, known before its first row.
-role_names = _run_table("role_names", Column("type", Text, primary_key=True), Column("role", Text, primary_key=True))
+role_names = _run_table(
+    "role_names", sa.Column("type", sa.Text, primary_key=True), sa.Column("role", sa.Text, primary_key=True)
+)
 
 # `number` is 1, 2, ... in order of first sight within the run, `car_class` the last one that was not `unknown`.
 cars = _run_table("cars", *_columns(CarRecord, "car"))
@@ -167,45 +152,49 @@ cars = _run_table("cars", *_columns(CarRecord, "car"))
 # What `service.store.chunks.kinds` keeps together. `number` counts the chunks of a run in the order of writing.
 chunks = _run_table(
     "chunks",
-    Column("kind", Text, primary_key=True),
-    Column("span_us", BigInteger, primary_key=True),
-    Column("number", Integer, primary_key=True),
-    Column("first_us", BigInteger, nullable=False),
-    Column("last_us", BigInteger, nullable=False),
-    Column("rows", Integer, nullable=False),
-    Column("data", LargeBinary),  # NULL of one that was pruned
+    sa.Column("kind", sa.Text, primary_key=True),
+    sa.Column("span_us", sa.BigInteger, primary_key=True),
+    sa.Column("number", sa.Integer, primary_key=True),
+    sa.Column("first_us", sa.BigInteger, nullable=False),
+    sa.Column("last_us", sa.BigInteger, nullable=False),
+    sa.Column("rows", sa.Integer, nullable=False),
+    sa.Column("data", sa.LargeBinary),  # NULL of one that was pruned
     with_rowid=True,
 )
 
 # Changes of one frame depend on each other, so they keep their order.
-links = _numbered_table("links", *_columns(LinkRecord), Index("links_by_upper", "run_no", "upper", "number"))
-hypotheses = _numbered_table("hypotheses", *_columns(HypothesisRecord), Index("hypotheses_by_label", "run_no", "label"))
+links = _numbered_table("links", *_columns(LinkRecord), sa.Index("links_by_upper", "run_no", "upper", "number"))
+hypotheses = _numbered_table(
+    "hypotheses", *_columns(HypothesisRecord), sa.Index("hypotheses_by_label", "run_no", "label")
+)
 
 # Which table has the records of a kind, a column for each field.
-TABLE_OF: Mapping[type[Struct], Table] = {CarRecord: cars, LinkRecord: links, HypothesisRecord: hypotheses}
+TABLE_OF: Mapping[type[Struct], sa.Table] = {CarRecord: cars, LinkRecord: links, HypothesisRecord: hypotheses}
 
 # One row for each process of the run, written at its end: inputs before what reads them.
-streams = _numbered_table("streams", Column("body", Text, nullable=False))  # StreamRecord as JSON
+streams = _numbered_table("streams", sa.Column("body", sa.Text, nullable=False))  # StreamRecord as JSON
 
 # What a clock measured of each process, in microseconds in its code: the one table in which a repeated run differs.
-costs = _numbered_table("costs", Column("label", Text, nullable=False), Column("busy_us", BigInteger, nullable=False))
+costs = _numbered_table(
+    "costs", sa.Column("label", sa.Text, nullable=False), sa.Column("busy_us", sa.BigInteger, nullable=False)
+)
 
 # What is still to be processed. It belongs to no run, since none has begun.
-jobs = Table("jobs", metadata, *_columns(Job, "number"), UniqueConstraint("id"))
+jobs = sa.Table("jobs", metadata, *_columns(Job, "number"), sa.UniqueConstraint("id"))
 
 # What was given up is kept with its text, since a run may be repeated.
-webhooks = Table("webhooks", metadata, *_columns(WebhookState, "name"))
-undelivered = Table("undelivered", metadata, *_columns(Undelivered, "webhook", "seq"))
+webhooks = sa.Table("webhooks", metadata, *_columns(WebhookState, "name"))
+undelivered = sa.Table("undelivered", metadata, *_columns(Undelivered, "webhook", "seq"))
 
 # Who may ask over HTTP, and who has written; of a token only a digest is known.
-tokens = Table("tokens", metadata, *_columns(Token, "name"))
-audit = Table("audit", metadata, Column("number", Integer, primary_key=True), *_columns(Written))
+tokens = sa.Table("tokens", metadata, *_columns(Token, "name"))
+audit = sa.Table("audit", metadata, sa.Column("number", sa.Integer, primary_key=True), *_columns(Written))
 
 # What is processed by its name: a file that was uploaded, or one that the operator allows.
-sources = Table("sources", metadata, *_columns(Source, "name"))
+sources = sa.Table("sources", metadata, *_columns(Source, "name"))
 
 # A version is never edited; one without a text says that the chronicles of that name ended.
-chronicle_texts = Table("chronicle_texts", metadata, *_columns(ChronicleText, "name", "version"))
+chronicle_texts = sa.Table("chronicle_texts", metadata, *_columns(ChronicleText, "name", "version"))
 
 # Everything that goes when a run is replaced, but the run itself and the roles of its events.
 RUN_TABLES = tuple(table for table in metadata.tables.values() if "run_no" in table.c and table is not runs)
