@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from service.cli.options import (
-    STREAM_CODES,
-    AsJson,
-    StreamOption,
-    Texts,
-    hinting_at_stream,
-    read_pairs,
-    tell_stream,
-)
+from service.cli import options
 from service.cli.printing import BELOW_THRESHOLD, INVALID, counted, print_json, show, tell
 from service.errors import InputError
 
@@ -33,7 +25,7 @@ CheckFormat = Literal["text", "json", "github"]
 
 
 def check(
-    files: Texts = None,
+    files: options.Texts = None,
     output: Annotated[
         CheckFormat, typer.Option("--format", help="text, json, or github (annotations of a pull request).")
     ] = "text",
@@ -46,12 +38,12 @@ def check(
         int, typer.Option(min=1, help="For --cost: how many values an argument can have; rates are per value.")
     ] = 1,
     explain: Annotated[str | None, typer.Option(metavar="CODE", help="Say what a code such as C0201 means.")] = None,
-    stream: StreamOption = None,
+    stream: options.StreamOption = None,
     monitors: Annotated[
         list[Path] | None,
         typer.Option(help="File of monitors that run with the chronicles; repeat for several."),
     ] = None,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Check chronicle files, taken together as `process` takes them, and linkage files; exit with 3 on an error."""
     if explain is not None:
@@ -97,7 +89,9 @@ def check(
         print(*costs, sep="\n", end="\n" if costs else "")
     _print_check_summary(files, checked)
     if chosen is None and len(checked.empty) < len(texts):
-        tell_stream(checked.stream, is_doubtful=bool(STREAM_CODES & {one.code for one in checked.findings}))
+        options.tell_stream(
+            checked.stream, is_doubtful=bool(options.STREAM_CODES & {one.code for one in checked.findings})
+        )
     if checked.errors:
         raise typer.Exit(INVALID)
 
@@ -131,7 +125,7 @@ def read_rates(texts: "Sequence[str]") -> dict[str, float]:
     """
     expected = "NAME=HZ, such as behind=0.5"
     rates_hz: dict[str, float] = {}
-    for name, number in read_pairs(texts, "--rate", expected):
+    for name, number in options.read_pairs(texts, "--rate", expected):
         try:
             rates_hz[name] = float(number)
         except ValueError:
@@ -171,7 +165,7 @@ def format_files(
     ],
     check: Annotated[bool, typer.Option("--check", help="Write nothing; exit with 5 if a file would change.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Lay chronicle files out in the one way, comments kept; a file with a syntax error is left alone."""
     from chronicles.errors import ChronicleError
@@ -217,9 +211,9 @@ def run_examples(
         list[str] | None,
         typer.Argument(metavar="FILE...", help="Chronicle files; - reads standard input. Default: the library."),
     ] = None,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Name the examples that pass, too.")] = False,
-    stream: StreamOption = None,
+    stream: options.StreamOption = None,
 ) -> None:
     """Run the examples in chronicle files; exit with 5 if one finds something else than it says."""
     from chronicles import examples, library
@@ -229,7 +223,7 @@ def run_examples(
     own = [(name, read_text_or_input(name)) for name in files or ()]
     chosen = stream or stream_of(own)
     texts = with_relations(own, chosen) if own else library.texts()
-    with hinting_at_stream(is_open=bool(own) and stream is None):
+    with options.hinting_at_stream(is_open=bool(own) and stream is None):
         results = examples.run_examples(texts)
     failed = [one for one in results if not one.passed]
     if as_json:
@@ -240,7 +234,7 @@ def run_examples(
     passed_count = len(results) - len(failed)
     print(f"{counted(len(results), 'example')}: {passed_count} passed, {len(failed)} failed", file=sys.stderr)
     if own and stream is None:
-        tell_stream(chosen, is_doubtful=False)
+        options.tell_stream(chosen, is_doubtful=False)
     if failed:
         raise typer.Exit(BELOW_THRESHOLD)
 

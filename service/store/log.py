@@ -30,16 +30,8 @@ from msgspec import Struct
 from sqlalchemy import ColumnElement, Connection, Engine, Select, Table, func, inspect, select
 
 from service.errors import LogError, NotInLogError
+from service.records import seen
 from service.records.runs import RunRecord, StreamRecord
-from service.records.seen import (
-    CarRecord,
-    CarState,
-    HypothesisRecord,
-    LinkRecord,
-    RelationRecord,
-    SeenObject,
-    ViewRecord,
-)
 from service.store import schema
 from service.store.chunks import kinds
 from service.store.databases.database import Database, Lock, driver_rows, explained
@@ -238,13 +230,13 @@ class EventLog:
         wanted = "the name of one run" if run_id is None else f"a run {run_id!r}"
         raise NotInLogError(f"log {self.place.name!r}: expected {wanted}, got {[run.id for run in runs]!r}")
 
-    def cars(self, run_id: str) -> list[CarRecord]:
+    def cars(self, run_id: str) -> list[seen.CarRecord]:
         """List the car symbols of a run in the order of first sight."""
-        return sorted(self._records(CarRecord, run_id), key=lambda car: car.number)
+        return sorted(self._records(seen.CarRecord, run_id), key=lambda car: car.number)
 
     def states(
         self, run_id: str, *, cars: Collection[str] | None = None, from_us: int | None = None, to_us: int | None = None
-    ) -> Iterator[CarState]:
+    ) -> Iterator[seen.CarState]:
         """Stream the states of cars, or of all, with `from_us <= t_us < to_us`, ordered by time, then by name."""
         where: kinds.Where = {}
         if cars is not None:
@@ -267,11 +259,11 @@ class EventLog:
             kinds.CAR_STATES, self.chunks(run_id, kinds.CAR_STATES, from_us, to_us), names, log=self.place.name
         )
 
-    def objects(self, run_id: str) -> Iterator[SeenObject]:
+    def objects(self, run_id: str) -> Iterator[seen.SeenObject]:
         """Stream the vision objects of a run, ordered by time, then by name; none for a run without vision."""
         return self._unpacked(kinds.SEEN_OBJECTS, run_id)
 
-    def views(self, run_id: str) -> Iterator[ViewRecord]:
+    def views(self, run_id: str) -> Iterator[seen.ViewRecord]:
         """Stream where the camera of a run looked, ordered by time; none for a fixed camera."""
         return self._unpacked(kinds.VIEWS, run_id)
 
@@ -290,13 +282,13 @@ class EventLog:
         left_out = ((one.number, one.t_us) for one in self._unpacked(kinds.LEFT_OUT, run_id))
         return heapq.merge(self.frames(run_id), left_out)
 
-    def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[LinkRecord]:
+    def links(self, run_id: str, *, uppers: Collection[str] | None = None) -> Iterator[seen.LinkRecord]:
         """Stream the changes of the identity chain of a run, or of some upper objects, as they were decided."""
-        return self._records(LinkRecord, run_id, *_among(schema.links.c.upper, uppers))
+        return self._records(seen.LinkRecord, run_id, *_among(schema.links.c.upper, uppers))
 
-    def hypotheses(self, run_id: str, *, labels: Collection[str] | None = None) -> Iterator[HypothesisRecord]:
+    def hypotheses(self, run_id: str, *, labels: Collection[str] | None = None) -> Iterator[seen.HypothesisRecord]:
         """Stream what has become of the links on trial, all or some of them, in the order in which it was decided."""
-        return self._records(HypothesisRecord, run_id, *_among(schema.hypotheses.c.label, labels))
+        return self._records(seen.HypothesisRecord, run_id, *_among(schema.hypotheses.c.label, labels))
 
     def streams(self, run_id: str) -> tuple[StreamRecord, ...]:
         """List the processes of a run and what they did, inputs before what reads them; empty if it told nothing."""
@@ -336,7 +328,7 @@ class EventLog:
         about: Collection[str] = (),
         from_us: int | None = None,
         to_us: int | None = None,
-    ) -> Iterator[RelationRecord]:
+    ) -> Iterator[seen.RelationRecord]:
         """Stream the relation changes of a run with `from_us <= t_us < to_us` in the order they were decided.
 
         Parameters

@@ -7,21 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 import typer
 
-from service.cli.options import (
-    AsJson,
-    ChronicleFiles,
-    From,
-    LogName,
-    RunName,
-    SiteOfRun,
-    StreamOption,
-    To,
-    hinting_at_stream,
-    open_log,
-    read_roles,
-    read_window,
-    tell_stream,
-)
+from service.cli import options
 from service.cli.printing import check_target, counted, format_table, print_json, show, shown_roles, tell
 from service.errors import NotInLogError
 from service.records.times import format_media, parse_media_us
@@ -41,8 +27,8 @@ def recognise(
     source: Annotated[
         str, typer.Argument(metavar="INPUT", help="Event log (.db), or a file of events (.jsonl, .csv).")
     ],
-    chronicles: ChronicleFiles = None,
-    run: RunName = None,
+    chronicles: options.ChronicleFiles = None,
+    run: options.RunName = None,
     executor: Annotated[
         Executor | None, typer.Option(help="Who finds them; all find the same. Default: backfill, live eager.")
     ] = None,
@@ -51,15 +37,15 @@ def recognise(
     ] = None,
     output: Annotated[OccurrenceFormat, typer.Option("--format", help="table, jsonl or json.")] = "table",
     out: Annotated[Path | None, typer.Option(help="File to write to instead of standard output.")] = None,
-    stream: StreamOption = None,
+    stream: options.StreamOption = None,
     until: Annotated[
         str | None, typer.Option(help="How far time goes on in a file of events: 90s, 01:30. Default: its last event.")
     ] = None,
-    site: SiteOfRun = None,
+    site: options.SiteOfRun = None,
     evidence: Annotated[
         bool, typer.Option("--evidence", help="With each event in JSON what it was recognised from, and its reports.")
     ] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Recognise chronicles again, in the relation changes of a log or in a file of events."""
     from service.questions.recognition.stored_recognition import recognise_stored
@@ -69,7 +55,7 @@ def recognise(
     if out is not None:
         check_target(out, *(log_files(source) if is_log_name(source) else [Path(source)]), *(chronicles or ()))
     is_open = bool(chronicles) and stream is None and not is_log_name(source)
-    with hinting_at_stream(is_open=is_open):
+    with options.hinting_at_stream(is_open=is_open):
         found = recognise_stored(
             source,
             chronicles or (),
@@ -91,7 +77,7 @@ def recognise(
         late = counted(found.late_count, "event")
         print(f"{late} came too late and {'was' if found.late_count == 1 else 'were'} left out", file=sys.stderr)
     if is_open:
-        tell_stream(found.stream, is_doubtful=bool(found.warnings))
+        options.tell_stream(found.stream, is_doubtful=bool(found.warnings))
 
 
 def _write(found: "Recognised", output: OccurrenceFormat, out: "TextIO", *, evidence: bool) -> None:
@@ -137,11 +123,11 @@ def _event_record(event: "Event") -> dict[str, object]:
 
 
 def monitor(
-    log: LogName,
+    log: options.LogName,
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of monitors.")],
-    run: RunName = None,
-    site: SiteOfRun = None,
-    as_json: AsJson = False,
+    run: options.RunName = None,
+    site: options.SiteOfRun = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Run monitors over the stored cars and relations of a log; show what was violated or satisfied, and when."""
     from service.questions.recognition.stored_monitoring import monitor_log, verdicts
@@ -166,14 +152,14 @@ def _print_verdicts(found: "Monitored") -> None:
 
 
 def explain(
-    log: LogName,
+    log: options.LogName,
     event_id: Annotated[str, typer.Argument(metavar="EVENT_ID", help="Identifier, as `dyknow events` shows it.")],
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Say why an event was recognised: its parts, the room each constraint left, and who the cars were."""
     from service.questions.recognition.explaining import Explainer
 
-    with open_log(log) as opened:
+    with options.open_log(log) as opened:
         found = Explainer(opened).explain_event(event_id)
     if found is None:
         raise NotInLogError(f"log {shown(log)!r}: expected the id of one of its events, got {event_id!r}")
@@ -181,35 +167,35 @@ def explain(
 
 
 def why_not(
-    log: LogName,
+    log: options.LogName,
     chronicle: Annotated[str, typer.Argument(metavar="CHRONICLE", help="Name of the chronicle.")],
     roles: Annotated[
         list[str] | None, typer.Option("--role", metavar="NAME=ID", help="Object in this role; once for each role.")
     ] = None,
-    start: From = None,
-    end: To = None,
+    start: options.From = None,
+    end: options.To = None,
     limit: Annotated[int, typer.Option(min=1, max=50, help="At most so many near misses.")] = 5,
-    run: RunName = None,
-    chronicles: ChronicleFiles = None,
-    site: SiteOfRun = None,
-    as_json: AsJson = False,
+    run: options.RunName = None,
+    chronicles: options.ChronicleFiles = None,
+    site: options.SiteOfRun = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Say why a chronicle was not recognised: the instances that came closest, and what would have been enough."""
     from chronicles.explanation.json_form import to_json
     from chronicles.explanation.rendering import render
     from service.questions.recognition.explaining import AbsenceQuestion, Explainer
 
-    start_us, end_us = read_window(start, end)
+    start_us, end_us = options.read_window(start, end)
     given = _one_each(roles or ())
     question = AbsenceQuestion(chronicle=chronicle, run=run, roles=given, start_us=start_us, end_us=end_us, limit=limit)
-    with open_log(log) as opened:
+    with options.open_log(log) as opened:
         found = Explainer(opened).explain_absence(question, chronicles or (), site)
     show(to_json(found), render(found), as_json=as_json)
 
 
 def _one_each(texts: Sequence[str]) -> dict[str, str]:
     roles = {}
-    for name, actors in read_roles(texts):
+    for name, actors in options.read_roles(texts):
         if len(actors) > 1:
             raise typer.BadParameter(f"expected {name} once, got {' and '.join(actors)}", param_hint="--role")
         roles[name] = actors[0]
