@@ -59,7 +59,7 @@ def watch_sources(log: str, most: int) -> None:
     """Watch so many live sources of a log at a time, each in a process that is looked after, until interrupted."""
     from contextlib import ExitStack
 
-    from service.runs.jobs.supervision import LOOK_EVERY_S, kept_working
+    from service.runs.jobs.worker import LOOK_EVERY_S, kept_working
 
     database = database_of(log)
     database.check_readable()  # a name that was mistyped makes no new log

@@ -85,7 +85,7 @@ def process_many(requests: "Sequence[RunRequest]", log: str, *, at_once: int, as
     -------
     The exit code.
     """
-    from service.runs.jobs.supervision import kept_working
+    from service.runs.jobs.worker import kept_working
 
     jobs, added = added_jobs(requests, log, "run")
     with closing(jobs), Interrupts() as interrupts, ExitStack() as working:

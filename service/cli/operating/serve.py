@@ -63,7 +63,7 @@ def serve(
     from service.api.app import Server, create_app
     from service.api.delivery.webhooks import delivering, load_webhooks
     from service.api.source_files import SourceFolders
-    from service.runs.jobs.supervision import kept_working
+    from service.runs.jobs.worker import kept_working
     from service.store.entries import JobKind
 
     for folder in (*([uploads] if uploads else []), *(allow_folder or ())):
