@@ -9,7 +9,7 @@ import typer
 
 from service.cli.making.site import At, frame_of
 from service.cli.options import AsJson
-from service.cli.printing import check_target, counted, format_table, print_json, show, tell, write_picture
+from service.cli.printing import check_target, counted, format_table, show, tell, write_picture
 from service.errors import InputError, SiteError
 
 if TYPE_CHECKING:
@@ -62,11 +62,8 @@ def list_installed(as_json: AsJson = False) -> None:
             records.append(_record(read_recipe(weights)))
         except SiteError as error:  # one that was edited since must not hide the others
             tell("warning", [str(error)])
-    if as_json:
-        print_json({"folder": str(folder), "detectors": records})
-    else:
-        rows = [[_cell(value) for value in record.values()] for record in records]
-        print(format_table(list(records[0]), rows), end="")
+    table = format_table(list(records[0]), [[_cell(value) for value in record.values()] for record in records])
+    show({"folder": str(folder), "detectors": records}, table, as_json=as_json)
 
 
 def _cell(value: object) -> str:

@@ -14,6 +14,7 @@ import time
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 from av.container import OutputContainer
@@ -69,7 +70,9 @@ class RecordingWriter:
         self._start_us, self._why = start_us, why
         self._open_file(start_us)
         # Packets are written at once, each whole: who reads the file is as early as who reads the source.
-        self._muxer = av.open(_Sink(self), "w", format="mpegts", options={"flush_packets": "1"})
+        self._muxer = av.open(
+            SimpleNamespace(write=self.write_bytes), "w", format="mpegts", options={"flush_packets": "1"}
+        )
         self._stream = self._muxer.add_stream_from_template(template)
         self._first_ticks = None
 
@@ -125,17 +128,6 @@ class RecordingWriter:
             rest = rest[os.write(self._file, rest) :]
         self.size_bytes += len(data)
         return len(data)
-
-
-class _Sink:
-    """What a muxer writes to: the file that is open now."""
-
-    def __init__(self, writer: RecordingWriter) -> None:
-        self._writer = writer
-
-    def write(self, data: bytes) -> int:
-        """Write bytes of the stream."""
-        return self._writer.write_bytes(bytes(data))
 
 
 def folder_name(utc_us: int) -> str:
