@@ -4,14 +4,13 @@ Processes may come and go while samples flow, also by the hand of a process that
 cycles: a process reads what was there before it, and a mediation is refused what depends on itself.
 """
 
-from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import repeat
 from typing import Any
 
-import networkx as nx
-
 from dyknow.errors import ProcessError, StreamError
+from dyknow.language.circles import inside_first
 from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
 from dyknow.streams.configuration import Configuration, Wanted
@@ -337,8 +336,8 @@ def inputs_first(processes: Mapping[str, Process]) -> tuple[Process, ...]:
     The order of creation is not enough: a mediation may read what was created after it.
     """
     reads = {label: [one.label for one in _read_by(process, processes)] for label, process in processes.items()}
-    graph: nx.DiGraph[str] = nx.DiGraph(dict[str, Iterable[str]](reads))
-    return tuple(processes[label] for label in nx.dfs_postorder_nodes(graph))
+    ordered, _ = inside_first(reads)
+    return tuple(processes[label] for label in ordered)
 
 
 def depends_on(processes: Mapping[str, Process], label: str, other: str) -> bool:

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from chronicles.compilation.components import connected_components
 from chronicles.compilation.plan import Emission, Plan
+from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.places import Span
 
@@ -26,24 +27,12 @@ def order_by_emission(plans: Sequence[Plan], places: Mapping[str, Span], reporte
     places : where each chronicle is named, for messages.
     reporter : receives cycles.
     """
-    sources = _sources(plans)
     plan_of = {plan.name: plan for plan in plans}
-    ordered: dict[str, Plan] = {}
-    for plan in plans:
-        # Each chronicle on the path looks at what the next one emits; an iterator gives what is left to look at.
-        path = {} if plan.name in ordered else {plan.name: iter(sources[plan.name])}
-        while path:
-            name = next(reversed(path))
-            source, _ = next(path[name], (None, []))
-            if source is None:
-                path.popitem()
-                ordered[name] = plan_of[name]
-            elif source.name in path:
-                circle = [*path]
-                _report_circle(circle[circle.index(source.name) :], places, reporter)
-            elif source.name not in ordered:
-                path[source.name] = iter(sources[source.name])
-    return tuple(ordered.values())
+    sources = {name: [source.name for source, _ in found] for name, found in _sources(plans).items()}
+    ordered, circles = inside_first({name: sources[name] for name in plan_of})
+    for names in circles:
+        _report_circle(names, places, reporter)
+    return tuple(plan_of[name] for name in ordered)
 
 
 def _report_circle(names: Sequence[str], places: Mapping[str, Span], reporter: Reporter) -> None:

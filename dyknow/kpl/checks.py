@@ -1,9 +1,7 @@
 """Does a specification mean anything? Names, types, policies and the graph are checked without any host code."""
 
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 
 from dyknow.errors import KplError
 from dyknow.kpl import model
@@ -13,6 +11,7 @@ from dyknow.kpl.parser import open_kpl
 from dyknow.kpl.policies import check_policy
 from dyknow.kpl.type_checks import check_declarations, check_process, check_term
 from dyknow.kpl.vocabulary import Vocabulary
+from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Diagnostic, Reporter
 
 _LONGEST_CYCLE = 10  # labels that a message names
@@ -88,48 +87,16 @@ def _inputs_first(vocabulary: Vocabulary, reporter: Reporter) -> tuple[model.Pro
         label: [one for one in dict.fromkeys(str(term.label) for term in process.inputs) if one in processes]
         for label, process in processes.items()
     }
-    for cycle in take_out_cycles(inputs):
-        first, *others = cycle if len(cycle) <= _LONGEST_CYCLE else [*cycle[: _LONGEST_CYCLE - 1], "..."]
+    _, circles = inside_first(inputs)
+    place = {label: index for index, label in enumerate(inputs)}
+    for circle in circles:
+        cycle = circle[::-1]  # each is read by the next
+        start = cycle.index(min(cycle, key=place.__getitem__))
+        first, *others = cycle[start:] + cycle[:start]
+        others = others if len(cycle) <= _LONGEST_CYCLE else [*others[: _LONGEST_CYCLE - 2], "..."]
         path = " -> ".join([first, *others, first])
         message = f"expected a label that does not read itself, got the cycle {path}"
-        reporter.error("K0501", message, processes[cycle[0]].label.span)
+        reporter.error("K0501", message, processes[first].label.span)
+    if circles:
+        return ()
     return (*(processes[label] for label in TopologicalSorter(inputs).static_order()), *vocabulary.configures.values())
-
-
-def take_out_cycles(inputs: dict[str, list[str]]) -> Iterator[list[str]]:
-    """Find every cycle that a depth-first search meets, and take what closes it out of the inputs.
-
-    Parameters
-    ----------
-    inputs : what each label reads; afterwards there are no cycles in it. Every label that is read is a key.
-
-    Returns
-    -------
-    The labels of each cycle, each read by the next and the last by the first; that which comes first in ``inputs``
-    stands at the start.
-
-    Examples
-    --------
-    >>> inputs = {"a": ["a", "b"], "b": ["c"], "c": ["b"]}
-    >>> list(take_out_cycles(inputs)), inputs
-    ([['a'], ['b', 'c']], {'a': ['b'], 'b': ['c'], 'c': []})
-    """
-    with suppress(CycleError):
-        TopologicalSorter(inputs).prepare()
-        return
-    import networkx as nx  # which takes a while to load, for a text that is wrong
-
-    place = {label: index for index, label in enumerate(inputs)}
-    path: dict[str, None] = {}
-    graph: nx.DiGraph[str] = nx.DiGraph(dict[str, Iterable[str]](inputs))
-    for label, read, how in nx.dfs_labeled_edges(graph):
-        if how == "forward":
-            path[read] = None
-        elif how == "reverse":
-            path.popitem()
-        elif read in path:
-            inputs[label].remove(read)
-            labels = list(path)
-            cycle = labels[labels.index(read) :][::-1]
-            start = cycle.index(min(cycle, key=place.__getitem__))
-            yield cycle[start:] + cycle[:start]

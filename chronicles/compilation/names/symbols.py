@@ -4,7 +4,6 @@ All texts share one name space. The same declaration may stand in several texts;
 is a clash.
 """
 
-from collections import ChainMap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -13,6 +12,7 @@ from chronicles.compilation.names.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
 from chronicles.language.printer import print_domain, print_term
 from chronicles.language.syntax_errors import INFINITIES
+from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Hint, Reporter, suggest
 from dyknow.language.durations import LARGEST_US, LONGEST_NUMBER
 from dyknow.language.places import Span
@@ -125,12 +125,13 @@ def collect_symbols(files: Collection[model.ChronicleFile], reporter: Reporter) 
     domains = _unique([one for one in declarations if isinstance(one, model.Domain)], reporter)
     events = _unique([one for one in declarations if isinstance(one, model.Attribute | model.Message)], reporter)
     timeunits = {one.span.file: one.us for one in declarations if isinstance(one, model.TimeUnit)}
-    resolver = _Resolver(Symbols(constants, {}, {}, timeunits), domains, reporter)
+    nameless = Symbols(constants, {}, {}, timeunits)
     before = reporter.error_count
-    sets = {name: resolver.named(name) for name in domains}
+    sets = _resolved(domains, nameless, reporter)
     if reporter.error_count == before:
         for name, values in sets.items():
             _warn_empty(domains[name].expression, values, reporter)
+    resolver = _Resolver(nameless, sets, reporter)
     signatures = {name: resolver.signature(declaration) for name, declaration in events.items()}
     symbols = Symbols(constants, sets, signatures, timeunits)
     if symbols.is_open:
@@ -156,44 +157,30 @@ def _unique(declarations: Iterable[_Kind], reporter: Reporter) -> dict[str, _Kin
     return found
 
 
+def _resolved(domains: Mapping[str, model.Domain], symbols: Symbols, reporter: Reporter) -> dict[str, ValueSet]:
+    """Give the values of each declared domain; one that is made of itself is an error."""
+    mentioned = {name: _names_in(domain.expression) for name, domain in domains.items()}
+    ordered, circles = inside_first(
+        {name: [one for one in found if one in domains] for name, found in mentioned.items()}
+    )
+    for names in circles:
+        path = " -> ".join([*names, names[0]])
+        message = f"expected a domain made of others, got one made of itself: {path}"
+        reporter.error("C0205", message, domains[names[0]].name_span, "list the values of one of them")
+    # One that is asked for before it is there is part of a circle.
+    sets = dict.fromkeys(domains, ANY_VALUE)
+    for name in ordered:
+        sets[name] = resolve_domain(domains[name].expression, sets, symbols, reporter)
+    return sets
+
+
 class _Resolver:
-    """Turns domain expressions into value sets.
+    """Looks up what the fields of declarations are; `sets` has the values of each declared domain."""
 
-    A domain is resolved once, after those that it is made of, without recursion: chains of domains may be long.
-    """
-
-    def __init__(self, symbols: Symbols, domains: Mapping[str, model.Domain], reporter: Reporter) -> None:
+    def __init__(self, symbols: Symbols, sets: Mapping[str, ValueSet], reporter: Reporter) -> None:
         self._symbols = symbols
-        self._domains = domains
+        self._sets = sets
         self._reporter = reporter
-        self._sets: dict[str, ValueSet] = {}
-        # One that is asked for and not yet resolved is part of a circle, which was reported.
-        self._known = ChainMap(self._sets, dict.fromkeys(domains, ANY_VALUE))
-        self._circles: set[frozenset[str]] = set()
-
-    def named(self, name: str) -> ValueSet:
-        """Resolve a declared domain; report one that is made of itself."""
-        path = {name: iter(_names_in(self._domains[name].expression))}
-        while path:
-            last, others = next(reversed(path.items()))
-            following = next((one for one in others if one in self._domains and one not in self._sets), None)
-            if following is None:
-                expression = self._domains[last].expression
-                self._sets[last] = resolve_domain(expression, self._known, self._symbols, self._reporter)
-                del path[last]
-            elif following in path:
-                names = list(path)
-                self._report_circle(names[names.index(following) :])
-            else:
-                path[following] = iter(_names_in(self._domains[following].expression))
-        return self._sets[name]
-
-    def _report_circle(self, names: list[str]) -> None:
-        if frozenset(names) not in self._circles:
-            self._circles.add(frozenset(names))
-            path = " -> ".join([*names, names[0]])
-            message = f"expected a domain made of others, got one made of itself: {path}"
-            self._reporter.error("C0205", message, self._domains[names[0]].name_span, "list the values of one of them")
 
     def signature(self, declaration: model.Attribute | model.Message) -> Signature:
         """Resolve the domains of an event, and check its default against them."""
@@ -224,7 +211,7 @@ class _Resolver:
     def _field(self, expression: model.DomainExpression | None) -> Field:
         if expression is None:
             return UNDECLARED_FIELD
-        values = resolve_domain(expression, self._known, self._symbols, self._reporter)
+        values = resolve_domain(expression, self._sets, self._symbols, self._reporter)
         _warn_empty(expression, values, self._reporter)
         return Field(print_domain(expression), values)
 
