@@ -66,13 +66,7 @@ def to_json(explanation: Explanation | WhyNot) -> Json:
         "kind": "why_not",
         "chronicle": {"name": explanation.chronicle, "version": explanation.version},
         "roles": dict(explanation.roles),
-        "start_us": explanation.start_us,
-        "end_us": explanation.end_us,
-        "recognised": explanation.recognised,
-        "floor": explanation.floor,
-        "doubtful": list(explanation.doubtful),
-        "is_complete": explanation.is_complete,
-        "near_misses": _plain(explanation.near_misses),
+        **_parts(explanation, "start_us", "end_us", "recognised", "floor", "doubtful", "is_complete", "near_misses"),
     }
 
 
@@ -95,10 +89,7 @@ def _why(one: Explanation) -> Json:
     return {
         "kind": "why",
         "chronicle": {"name": one.chronicle, "version": one.version},
-        "start_us": one.start_us,
-        "end_us": one.end_us,
-        "file": one.file,
-        **_parts(one, "roles", "events", "constraints", "obligations", "emitted"),
+        **_parts(one, "start_us", "end_us", "file", "roles", "events", "constraints", "obligations", "emitted"),
     }
 
 

@@ -206,9 +206,9 @@ def _edits(case: Case, candidate: Candidate) -> Iterator[_Edit]:
     """Give the changes worth a try: time before numbers of events, the smallest first."""
     text, broken = case.text, candidate.broken
     if broken is not None:
-        one = broken.constraint
-        by_us = -broken.by_us if broken.end == "low" else broken.by_us
-        yield _Edit(one.place, text.with_bound(one, broken.end, one.bound_us(broken.end) + by_us), broken.by_us)
+        one, size_us = broken.constraint, broken.broken_by_us(candidate.assignment)
+        bound_us = one.bound_us(broken.end) + (-size_us if broken.end == "low" else size_us)
+        yield _Edit(one.place, text.with_bound(one, broken.end, bound_us), size_us)
         return
     for reading in candidate.readings.all:
         if reading.outcome == "met":

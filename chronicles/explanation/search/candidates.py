@@ -76,26 +76,17 @@ Undecided = Literal["open", "not selected"]
 
 
 @dataclass(frozen=True, slots=True)
-class BrokenBound:
-    """A written bound that an instance breaks, and by how much."""
-
-    constraint: WrittenConstraint
-    end: End
-    by_us: int
-
-
-@dataclass(frozen=True, slots=True)
 class Candidate:
     """An instance that is not recognised: its events, its obligations as read, and what else is wrong with it.
 
-    `reader` is of the plan it was found with: where a bound is broken, one in which that bound is looser. `undecided`
+    `reader` is of the plan it was found with: where a bound is `broken`, one in which that bound is looser. `undecided`
     says what keeps it from being recognised besides its statements.
     """
 
     reader: ObligationReader
     assignment: Assignment
     readings: Readings
-    broken: BrokenBound | None = None
+    broken: LoosenedBound | None = None
     undecided: Undecided | None = None
 
     @property
@@ -176,13 +167,13 @@ class CandidateSearch:
     def _whole(self, budget: Budget) -> None:
         plan, everything = self._case.plan, range(len(self._case.plan.positions))
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget):
-            self._try(self._case.reader, assignment, base=NO_COST)
+            self._try(assignment, base=NO_COST)
         # Pairs that stand in one event are already tested with that event.
         if all(any({*pair} <= set(rows.slots) for rows in self._assignments.rows) for pair in plan.different):
             return
         for assignment in self._assignments.assignments(plan.distance_us, everything, budget, may_equal=True):
             if count := len(equal_pairs(plan, assignment.values)):
-                self._try(self._case.reader, assignment, base=(count, count, 0))
+                self._try(assignment, base=(count, count, 0))
 
     # ---- one bound broken
 
@@ -201,9 +192,7 @@ class CandidateSearch:
         if distance_us is None:
             return
         for assignment in self._assignments.assignments(distance_us, range(len(one.reader.plan.positions)), budget):
-            by_us = one.broken_by_us(assignment)
-            broken = BrokenBound(one.constraint, one.end, by_us)
-            self._try(one.reader, assignment, base=(1, 0, by_us), broken=broken)
+            self._try(assignment, base=(1, 0, one.broken_by_us(assignment)), broken=one)
 
     def _bounds(self) -> Iterator[LoosenedBound]:
         """Compile the chronicle with each bound far out; where that makes no chronicle, the bound is left alone."""
@@ -240,7 +229,7 @@ class CandidateSearch:
                     continue
                 members = [place for place in places if place not in missing]
                 for assignment in self._assignments.assignments(plan.distance_us, members, budget):
-                    self._try(self._case.reader, assignment, base=base)
+                    self._try(assignment, base=base)
 
     def _obligations(self) -> list[tuple[int, int]]:
         asked = [one for one in self._case.plan.obligations if not (isinstance(one, Persistence) and one.is_reading)]
@@ -248,10 +237,9 @@ class CandidateSearch:
 
     # ---- what is common to all
 
-    def _try(
-        self, reader: ObligationReader, assignment: Assignment, *, base: Cost, broken: BrokenBound | None = None
-    ) -> None:
+    def _try(self, assignment: Assignment, *, base: Cost, broken: LoosenedBound | None = None) -> None:
         """Take an instance into the ranking, unless other events or values make a nearer one of it."""
+        reader = self._case.reader if broken is None else broken.reader
         if self._used and assignment.numbers <= self._used:
             return
         undecided: Undecided | None = "open" if self._is_open(reader.plan, assignment) else None
