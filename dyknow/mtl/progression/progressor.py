@@ -48,20 +48,6 @@ class Progressor:
     <Verdict.TRUE: 'true'>
     """
 
-    __slots__ = (
-        "_automaton",
-        "_before",
-        "_bound",
-        "_generation",
-        "_least_us",
-        "_place",
-        "_residual",
-        "_residual_us",
-        "_shared",
-        "_t_us",
-        "_template",
-    )
-
     def __init__(
         self,
         formula: Formula,
