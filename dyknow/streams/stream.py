@@ -119,7 +119,6 @@ class StreamGenerator:
         self._first_us = 0
         self._told_us: int | None = None
         self._history: History | None = None
-        self._is_plain = False  # whether nothing but delivery is to be done for the next sample
 
     @property
     def now_us(self) -> int | None:
@@ -153,7 +152,6 @@ class StreamGenerator:
         What was stored before is forgotten, and 0 stores nothing. ``capacity`` bounds the store whatever the rate.
         """
         self._forget()
-        self._is_plain = False
         self._history = History(duration_us=duration_us, capacity=capacity) if duration_us else None
 
     def subscribe(self, consumer: Consumer, policy: Policy = EVERYTHING, *, reader: str | None = None) -> Subscription:
@@ -222,8 +220,12 @@ class StreamGenerator:
 
         Joining and leaving replace the tuple, so these are the ones who were there when the sample came.
         """
-        if not self._is_plain:
-            self._prepare(sample)
+        self._refuse_if_over()
+        if self.published == 0:
+            self._first_us = sample.available_us
+        if self._history is not None:
+            told_us = sample.available_us if self._told_us is None else self._told_us
+            self._history.append(sample, now_us=max(sample.available_us, told_us))
         self.published += 1
         self.last = sample
         return self.subscriptions
@@ -232,16 +234,6 @@ class StreamGenerator:
         if not self.is_open:
             came = "a closed one" if self.is_closed else "one that was finished"
             raise StreamError(f"stream {self.label!r}: expected an open stream to publish to, got {came}")
-
-    def _prepare(self, sample: Sample[Any]) -> None:
-        """Do what few samples need: the first one, those that are stored, those that are refused."""
-        self._refuse_if_over()
-        if self.published == 0:
-            self._first_us = sample.available_us
-        self._is_plain = self._history is None
-        if self._history is not None:
-            told_us = sample.available_us if self._told_us is None else self._told_us
-            self._history.append(sample, now_us=max(sample.available_us, told_us))
 
     def advance(self, available_us: int) -> None:
         """Let time pass: nothing that became available before this time will be published any more."""
@@ -255,13 +247,13 @@ class StreamGenerator:
         Doing so again does nothing.
         """
         if self.is_open:
-            self.is_open = self._is_plain = False
+            self.is_open = False
             for subscription in self.subscriptions:
                 subscription.finish()
 
     def close(self) -> None:
         """Let every subscriber go and refuse what comes after."""
-        self.is_open = self._is_plain = False
+        self.is_open = False
         self.is_closed = True
         self._forget()
         for subscription in self.subscriptions:
