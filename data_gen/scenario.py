@@ -63,8 +63,7 @@ class Flow:
 class RoadsideStop:
     """One vehicle that pulls up in its lane, stands there, and drives on."""
 
-    from_edge: str
-    to_edge: str
+    edge: str
     kind: VehicleKind
     depart_us: int
     """On the clip's clock: 0 is the first frame, negative is in the warm-up."""

@@ -112,8 +112,7 @@ def _stops() -> tuple[RoadsideStop, ...]:
     cars_and_vans: tuple[tuple[VehicleClass, int, float, int], ...] = (("car", 0, 420.0, 140), ("van", 60, 610.0, 95))
     return tuple(
         RoadsideStop(
-            from_edge="eastbound",
-            to_edge="eastbound",
+            edge="eastbound",
             kind=kind_of(vehicle_class, 1.0, _EVEN_DRIVER),
             depart_us=(start_s + later_s) * _SECOND_US,
             lane="eastbound_0",

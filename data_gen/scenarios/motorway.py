@@ -76,8 +76,7 @@ def motorway(options: OptionValues) -> Scenario:
 def _stop(lane: int) -> RoadsideStop:
     """Let a van stop in one of the lanes."""
     return RoadsideStop(
-        from_edge="eastbound",
-        to_edge="eastbound",
+        edge="eastbound",
         kind=kind_of("van", 1.0, _cruise("28", "1")),
         depart_us=_JAM_BEGINS_US,
         lane=f"eastbound_{lane}",

@@ -49,7 +49,7 @@ def draw_departures(scenario: Scenario, *, until_us: int, rng: np.random.Generat
     for stop, stop_rng in zip(scenario.stops, rng.spawn(len(scenario.stops)), strict=True):
         depart_us = scenario.warm_up_us + stop.depart_us
         if 0 <= depart_us < until_us:
-            flow = Flow(stop.from_edge, stop.to_edge, rate_hz=0.0)
+            flow = Flow(stop.edge, stop.edge, rate_hz=0.0)
             drawn.append(replace(draw_vehicle(flow, stop.kind, depart_us, stop_rng), stop=stop))
     drawn.sort(key=lambda item: item.depart_us)
     return tuple(replace(item, id=f"sim{number}") for number, item in enumerate(drawn, start=1))

@@ -6,7 +6,7 @@ slabs have eight sides, in the same order, so that a panel names the side on whi
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -126,6 +126,12 @@ def _straight(
     return _Slab(ends, up_m[0], ends, up_m[1], corner_m)
 
 
+def _moved(part: Part, by_m: tuple[float, float], block_m: tuple[float, float]) -> Part:
+    """Move a part, into the block about a place."""
+    base_m, top_m = part.base_m + np.array(by_m), part.top_m + np.array(by_m)
+    return replace(part, base_m=base_m, top_m=top_m, block_x_m=block_m[0], block_y_m=block_m[1])
+
+
 def _wheels(
     axles_m: Sequence[float], half_m: float, radius_m: float, rim: Colour, arch: Colour | None
 ) -> tuple[list[Part], list[Panel]]:
@@ -134,13 +140,10 @@ def _wheels(
     for x_m in axles_m:
         for sign in (-1.0, 1.0):
             tread_m = sign * (half_m - 0.12)
-            aside = np.array((0.0, tread_m))
             block = _straight(
                 x_m - 0.8 * radius_m, x_m + 0.8 * radius_m, 0.1, up_m=(0.0, 1.2 * radius_m), corner_m=0.02
             )
-            moved = block.part(_TYRE, _TYRE, 0)
-            low, high = moved.base_m + aside, moved.top_m + aside
-            blocks.append(Part(low, 0.0, high, 1.2 * radius_m, _TYRE, _TYRE, 0, x_m, tread_m))
+            blocks.append(_moved(block.part(_TYRE, _TYRE, 0), (0.0, tread_m), (x_m, tread_m)))
             for size, colour in ((1.18, arch), (1.0, _TYRE), (0.62, rim), (0.2, _GRILLE)):
                 if colour is not None:
                     discs.append(Panel(_disc(x_m, sign * (half_m + 0.01), radius_m, size * radius_m, sign), colour))
@@ -209,8 +212,8 @@ def _car(looks: VehicleLooks, rng: np.random.Generator) -> Iterator[Part]:
     yield cabin.part(scaled(paint, 0.95), scaled(paint, 1.05), 3)
     for sign in (-1.0, 1.0):
         ear = _straight(0.0, 0.1, 0.09, up_m=(belt_m, belt_m + 0.15), corner_m=0.02).part(scaled(paint, 0.9), paint, 3)
-        shift = np.array((screen_front - 0.28, sign * (half_m + 0.05)))
-        yield Part(ear.base_m + shift, belt_m, ear.top_m + shift, belt_m + 0.15, ear.side, ear.top, 3, *shift.tolist())
+        shift_m = screen_front - 0.28, sign * (half_m + 0.05)
+        yield _moved(ear, shift_m, shift_m)
 
 
 def _shoulder(
@@ -322,9 +325,8 @@ def _cab(rng: np.random.Generator, paint: Colour, ends: tuple[float, float, floa
     yield house.part(scaled(paint, 0.96), scaled(paint, 1.03), 2, block_x_m=block_x_m)
     for sign in (-1.0, 1.0):
         ear = _straight(front_m - 0.22, front_m - 0.1, 0.12, up_m=(1.75, 2.35), corner_m=0.02).part(_GRILLE, _GRILLE, 2)
-        aside = np.array((0.0, sign * (half_m + 0.12)))
-        place = front_m - 0.1, float(aside[1])
-        yield Part(ear.base_m + aside, 1.75, ear.top_m + aside, 2.35, _GRILLE, _GRILLE, 2, *place)
+        aside_m = sign * (half_m + 0.12)
+        yield _moved(ear, (0.0, aside_m), (front_m - 0.1, aside_m))
 
 
 def _load(rng: np.random.Generator, colour: Colour, ends: tuple[float, float, float], top_m: float) -> Iterator[Part]:
