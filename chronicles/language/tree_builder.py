@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, cast  # Any: the parts of a rule are words, or what other rules built
 
@@ -30,18 +31,33 @@ from dyknow.language.words import Word
 
 _EXPONENT = re.compile(r"[eE][-+]?[0-9]")
 
+
+class _Item(NamedTuple):
+    """Something that may stand once in a declaration."""
+
+    kind: Literal["value", "default", "until"]
+    content: Any
+    span: Span
+
+
 # Rules whose parts are those of their node; the others have a method each.
 _PLAIN: Mapping[str, Callable[..., object]] = MappingProxyType(
     {
+        "event": model.EventStatement,
         "noevent": model.NoEventStatement,
         "hold": model.HoldStatement,
         "assertion": model.AssertStatement,
         "interval": model.Interval,
+        "time": model.TimeExpression,
+        "comparison": model.Comparison,
+        "membership": model.Membership,
+        "parameter_domain": model.Membership,
         "emit": model.Emit,  # `emit event(pattern, t1)`
         "emit_short": model.Emit,  # `emit pattern`, with a time or without
         "assert_action": model.AssertAction,
         "domain_symbol": model.DomainSymbol,
         "anything": model.Anything,
+        **{rule: partial(_Item, rule) for rule in ("value", "default", "until")},
     }
 )
 
@@ -58,14 +74,6 @@ class Methods(dict[str, Callable[[Parts, Span], Any]]):
         made = (lambda parts, span: plain(*parts, span=span)) if plain is not None else getattr(self._builder, rule)
         self[rule] = made
         return made
-
-
-class _Item(NamedTuple):
-    """Something that may stand once in a declaration."""
-
-    kind: Literal["value", "default", "until"]
-    content: Any
-    span: Span
 
 
 class TreeBuilder:
@@ -131,22 +139,6 @@ class TreeBuilder:
         head = name.text, parameters or (), points or ()
         return model.Chronicle(*head, _there(statements), actions or (), name_span=self._span(name), span=span)
 
-    def parameters(self, parts: Parts, _: Span) -> tuple[model.Variable, ...]:
-        """Build `[?a, ?b]` in a head."""
-        return tuple(map(self._variable, _there(parts)))
-
-    def time_points(self, parts: Parts, _: Span) -> tuple[model.TimePoint, ...]:
-        """Build the time points of a head."""
-        return tuple(map(self._point, parts))
-
-    def value_domain(self, parts: Parts, span: Span) -> _Item:
-        """Note `value in domain`."""
-        return _Item("value", parts[0], span)
-
-    def default(self, parts: Parts, span: Span) -> _Item:
-        """Note `default value`."""
-        return _Item("default", parts[0], span)
-
     # ---- domains
 
     def domain_values(self, parts: Parts, span: Span) -> model.DomainValues:
@@ -186,10 +178,6 @@ class TreeBuilder:
 
     # ---- statements
 
-    def event(self, parts: Parts, span: Span) -> model.EventStatement:
-        """Build `event(pattern, t1)`."""
-        return model.EventStatement(parts[0], self._point(parts[1]), span=span)
-
     def occurs(self, parts: Parts, span: Span) -> model.OccursStatement:
         """Build `occurs((1, 2), pattern, (t1, t2))`."""
         (least, most), pattern, interval = parts
@@ -200,11 +188,6 @@ class TreeBuilder:
         least, most = parts
         return self._whole(least), None if most.kind == "INFINITE" else self._whole(most)
 
-    def comparison(self, parts: Parts, span: Span) -> model.Comparison:
-        """Build `t1 < t2 + 5s`."""
-        left, comparator, right, offset = parts
-        return model.Comparison(self._point(left), comparator, self._point(right), offset, span=span)
-
     def comparator(self, parts: Parts, _: Span) -> str:
         """Read the sign between two time points."""
         return cast(Word, parts[0]).text
@@ -212,14 +195,12 @@ class TreeBuilder:
     def range(self, parts: Parts, span: Span) -> model.Range:
         """Build `t2 - t1 in [1s, 5s]`; outward brackets leave the bound out."""
         later, _, earlier, opening, low, high, closing = parts
-        points = self._point(later), self._point(earlier)
-        return model.Range(*points, low, opening == "]", high, closing == "[", False, span=span)
+        return model.Range(later, earlier, low, opening == "]", high, closing == "[", False, span=span)
 
     def chain_range(self, parts: Parts, span: Span) -> model.Range:
         """Build `1s <= t2 - t1 < 5s`."""
         low, left, later, _, earlier, right, high = parts
-        points = self._point(later), self._point(earlier)
-        return model.Range(*points, low, left == "<", high, right == "<", True, span=span)
+        return model.Range(later, earlier, low, left == "<", high, right == "<", True, span=span)
 
     # Both are one sign.
     chain = bracket = comparator
@@ -227,24 +208,17 @@ class TreeBuilder:
     def equal(self, parts: Parts, span: Span) -> model.Equality:
         """Build `?x == term` or `?x != term`."""
         variable, sign, term = parts
-        return model.Equality(self._variable(variable), sign.kind == "SAME", term, span=span)
+        return model.Equality(variable, sign.kind == "SAME", term, span=span)
 
     different = equal
 
-    def membership(self, parts: Parts, span: Span) -> model.Membership:
-        """Build `?x in domain`."""
-        return model.Membership(self._variable(parts[0]), parts[1], span=span)
-
-    parameter_domain = membership
-
     def allowance(self, parts: Parts, span: Span) -> model.Allowance:
         """Build `allow ?x == ?y`."""
-        return model.Allowance(self._variable(parts[0]), self._variable(parts[2]), span=span)
+        return model.Allowance(parts[0], parts[2], span=span)
 
     def selection(self, parts: Parts, span: Span) -> model.SelectStatement:
         """Build `select first(t1)` and its kin; one that is none of them counts as `select all`."""
-        kind, point = parts
-        anchor = None if point is None else self._point(point)
+        kind, anchor = parts
         if kind.text in SELECTIONS and (kind.text == "first") == (anchor is not None):
             return model.SelectStatement(kind.text, anchor, span=span)
         came, place, hint = kind.text, self._span(kind), suggest(kind.text, SELECTIONS)
@@ -279,24 +253,24 @@ class TreeBuilder:
     fluent = pattern
 
     def arguments(self, parts: Parts, _: Span) -> tuple[Any, ...]:
-        """Collect arguments, or what is done when an instance is recognised."""
+        """Collect arguments, what stands in a head, or what is done when an instance is recognised."""
         return _there(parts)
 
-    reaction = arguments
+    parameters = time_points = reaction = arguments
 
     def variable(self, parts: Parts, span: Span) -> model.Variable:
         """Build a variable."""
         return model.Variable(parts[0].text[1:], span=span)
+
+    def point(self, parts: Parts, span: Span) -> model.TimePoint:
+        """Build a time point."""
+        return model.TimePoint(parts[0].text, span=span)
 
     def literal(self, parts: Parts, span: Span) -> model.Literal:
         """Build a value; the sign of a negative number is a part of its own."""
         if parts[-1].kind == "STRING":
             return model.Literal(parts[-1].unquoted, True, span=span)
         return model.Literal("".join(word.text for word in parts), False, span=span)
-
-    def time(self, parts: Parts, span: Span) -> model.TimeExpression:
-        """Build `t1 + 5s`."""
-        return model.TimeExpression(self._point(parts[0]), parts[1], span=span)
 
     def bound(self, parts: Parts, span: Span) -> model.Bound:
         """Build a duration, a constant or `oo`, with a sign or none."""
@@ -312,17 +286,14 @@ class TreeBuilder:
     def example(self, parts: Parts, span: Span) -> model.Example:
         """Build `example "title" { ... }`."""
         title, *items = parts
+        until = self._once(items, "until")
         return model.Example(
             title.unquoted,
             tuple(item for item in items if isinstance(item, model.ExampleEvent)),
-            self._once(items, "until"),
+            None if until is None else until.us,
             tuple(item for item in items if isinstance(item, model.ExpectedOccurrence)),
             span=span,
         )
-
-    def until(self, parts: Parts, span: Span) -> _Item:
-        """Note `until 30s`."""
-        return _Item("until", parts[0].us, span)
 
     def example_event(self, parts: Parts, span: Span) -> model.ExampleEvent:
         """Build `1s pattern`, which has values only."""
@@ -408,12 +379,6 @@ class TreeBuilder:
         return length > LONGEST_NUMBER
 
     # ---- words
-
-    def _variable(self, word: Word) -> model.Variable:
-        return model.Variable(word.text[1:], span=self._span(word))
-
-    def _point(self, word: Word) -> model.TimePoint:
-        return model.TimePoint(word.text, span=self._span(word))
 
     def _span(self, word: Word) -> Span:
         return word.span(self._file)
