@@ -47,11 +47,11 @@ def parse(text: str, name: str, reporter: Reporter) -> ChronicleFile:
     'honk'
     """
     words = [word for word in words_and_comments(text, name, reporter) if word.kind not in (COMMENT, STRANGE)]
-    reader = _PieceReader(name, reporter)
+    source, build = Source(name, "C", reporter), Methods(TreeBuilder(name, reporter))
     pieces = list(cut(words, lambda _, word: word.kind in _DECLARATION_KINDS))
     # The unit of bare numbers holds for the whole text, wherever it stands.
     order = sorted(range(len(pieces)), key=lambda index: pieces[index][0].kind != "TIMEUNIT")
-    built = {index: reader.read(pieces[index]) for index in order}
+    built = {index: _read(pieces[index], source, build) for index in order}
     found = [built[index] for index in range(len(pieces))]
     return ChronicleFile(name, tuple(one for one in found if one is not None))
 
@@ -88,31 +88,20 @@ def _explained(text: str, at: int, before: str) -> Strange:
     return Strange(text[at], Hint("leave it out"))
 
 
-class _PieceReader:
-    """Reads the words of one declaration at a time, leaving out what is malformed."""
-
-    def __init__(self, name: str, reporter: Reporter) -> None:
-        self._source = Source(name, "C", reporter)
-        self._methods = Methods(TreeBuilder(name, reporter))
-        self._grammar = grammar()
-        self._states = _statement_states()
-
-    def read(self, words: list[Word]) -> Declaration | None:
-        """Build the declaration; None if nothing of it can be read."""
-        end_reported = False
-        while words:
-            reading = Reading(
-                self._grammar, "declaration", words, self._source.file, build=self._methods, statements=self._states
-            )
-            if reading.failed_at is None:
-                tree: Declaration = reading.tree
-                return tree
-            misfit = reading.misfit(_blamed(reading, words))
-            if not (misfit.is_end and end_reported):
-                report(self._source, misfit, *describe_misfit(misfit))
-            end_reported = end_reported or misfit.is_end
-            words = _mended(misfit, reading.statement_at, words)
-        return None
+def _read(words: list[Word], source: Source, build: Methods) -> Declaration | None:
+    """Build the declaration that words are, leaving out what is malformed; None if nothing of it can be read."""
+    end_reported = False
+    while words:
+        reading = Reading(grammar(), "declaration", words, source.file, build=build, statements=_statement_states())
+        if reading.failed_at is None:
+            tree: Declaration = reading.tree
+            return tree
+        misfit = reading.misfit(_blamed(reading, words))
+        if not (misfit.is_end and end_reported):
+            report(source, misfit, *describe_misfit(misfit))
+        end_reported = end_reported or misfit.is_end
+        words = _mended(misfit, reading.statement_at, words)
+    return None
 
 
 def _blamed(reading: Reading, words: list[Word]) -> int:
