@@ -10,7 +10,7 @@ from itertools import repeat
 from typing import Any
 
 from dyknow.errors import ProcessError, StreamError
-from dyknow.language.circles import inside_first
+from dyknow.language.ways import inside_first, reached
 from dyknow.policies.policy import Policy
 from dyknow.registry import Registry
 from dyknow.streams.configuration import Configuration, Wanted
@@ -342,15 +342,7 @@ def inputs_first(processes: Mapping[str, Process]) -> tuple[Process, ...]:
 
 def depends_on(processes: Mapping[str, Process], label: str, other: str) -> bool:
     """Tell whether a process is another one, reads it, or reads what depends on it."""
-    waiting, seen = [processes[label]], {label}
-    while waiting:
-        current = waiting.pop()
-        if current.label == other:
-            return True
-        found = [one for one in _read_by(current, processes) if one.label not in seen]
-        seen.update(one.label for one in found)
-        waiting += found
-    return False
+    return other in reached([label], lambda one: [read.label for read in _read_by(processes[one], processes)])
 
 
 def _read_by(process: Process, processes: Mapping[str, Process]) -> Iterator[Process]:

@@ -30,6 +30,7 @@ from chronicles.compilation.steps import members, missing_from, steps_from
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.durations import format_duration
 from dyknow.language.places import Span
+from dyknow.language.ways import reached
 
 _SECOND_US = 1_000_000
 # Below this window, pairs of unrelated events are few at the rates of traffic.
@@ -116,11 +117,7 @@ def cost(plan: Plan, rates_hz: Mapping[str, float], default_rate_hz: float = 1.0
 
 def reachable(plan: Plan) -> list[int]:
     """List the sets of positions (as bits) that an instance can have matched, in the order of their size."""
-    found, pending = {0}, [0]
-    while pending:
-        following = {step.target for step in steps_from(plan, pending.pop())} - found
-        found |= following
-        pending += following
+    found = reached([0], lambda mask: [step.target for step in steps_from(plan, mask)])
     return sorted(found - {0}, key=lambda mask: (mask.bit_count(), mask))
 
 

@@ -10,9 +10,9 @@ from itertools import pairwise
 
 from chronicles.compilation.components import connected_components
 from chronicles.compilation.plan import Emission, Plan
-from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Reporter
 from dyknow.language.places import Span
+from dyknow.language.ways import inside_first
 
 # A chronicle that must run before another one, and those of its emissions that the other one waits for.
 Source = tuple[Plan, list[Emission]]

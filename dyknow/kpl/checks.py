@@ -11,8 +11,8 @@ from dyknow.kpl.parser import open_kpl
 from dyknow.kpl.policies import check_policy
 from dyknow.kpl.type_checks import check_declarations, check_process, check_term
 from dyknow.kpl.vocabulary import Vocabulary
-from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Diagnostic, Reporter
+from dyknow.language.ways import inside_first
 
 _LONGEST_CYCLE = 10  # labels that a message names
 

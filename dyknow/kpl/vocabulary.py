@@ -10,6 +10,7 @@ from typing import TypeVar
 from dyknow.kpl import model
 from dyknow.kpl.model import Label, Name
 from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.ways import reached
 
 BASIC_TYPES = ("bool", "int", "float", "string", "time", "object")
 _NUMERIC = ("float", "int")
@@ -123,27 +124,20 @@ class Vocabulary:
 
     def is_made_of_itself(self, name: Name) -> bool:
         """Tell whether a sort occurs in what it stands for."""
-        waiting, seen = [name.text], set[str]()
-        while waiting:
-            sort = self.sorts.get(waiting.pop())
-            for inner in names_in(sort.type) if sort is not None and sort.type is not None else ():
-                if inner == name:
-                    return True
-                if inner.text not in seen:
-                    seen.add(inner.text)
-                    waiting.append(inner.text)
-        return False
+        return name.text in reached(self._names_inside(name.text), self._names_inside)
 
-    def _tuple_parts(self, type_: model.Type) -> set[model.Type]:
+    def _names_inside(self, sort: str) -> list[str]:
+        declared = self.sorts.get(sort)
+        return [] if declared is None or declared.type is None else [one.text for one in names_in(declared.type)]
+
+    def _tuple_parts(self, type_: model.Type) -> frozenset[model.Type]:
         """Give a type and everything inside it that is reached through tuples alone."""
-        waiting, seen = [type_], set[model.Type]()
-        while waiting:
-            one = waiting.pop()
-            if one not in seen:
-                seen.add(one)
-                inside = self.meaning(one)
-                waiting += inside.parts if isinstance(inside, model.TupleType) else ()
-        return seen
+
+        def parts_of(one: model.Type) -> tuple[model.Type, ...]:
+            inside = self.meaning(one)
+            return inside.parts if isinstance(inside, model.TupleType) else ()
+
+        return reached([type_], parts_of)
 
     def _enter(self, statement: model.Statement) -> None:
         match statement:

@@ -12,10 +12,10 @@ from chronicles.compilation.names.domains import ANY_VALUE, ValueSet, one_of
 from chronicles.language import model
 from chronicles.language.printer import print_domain, print_term
 from chronicles.language.syntax_errors import INFINITIES
-from dyknow.language.circles import inside_first
 from dyknow.language.diagnostics import Hint, Reporter, suggest
 from dyknow.language.durations import LARGEST_US, LONGEST_NUMBER
 from dyknow.language.places import Span
+from dyknow.language.ways import inside_first
 
 # Every attribute has this value while nothing is known about it, whatever its domain.
 UNKNOWN = "unknown"

@@ -11,6 +11,7 @@ from chronicles.compilation.names.patterns import Cell
 from chronicles.language import model
 from chronicles.language.printer import print_declaration, print_statement
 from dyknow.language.diagnostics import Hint, Reporter, suggest
+from dyknow.language.ways import reached
 
 # How a variable stands in the text of a report.
 VARIABLE = re.compile(r"\?([A-Za-z_][A-Za-z0-9_]*)")
@@ -114,8 +115,9 @@ def canonical_texts(printed: Collection[Printed]) -> dict[str, str]:
     found: dict[str, str] = {}
     for one in printed:
         if isinstance(one.declaration, model.Chronicle) and one.declaration.name not in found:
-            reached = sorted(_reached(one.names, others))
-            used = [declared for name in reached for _, declared in sorted(others[name].items())]
+            used = [
+                declared for name in sorted(_reached(one.names, others)) for _, declared in sorted(others[name].items())
+            ]
             # Durations are printed with their unit, but a constant without one counts in that of the text that uses it.
             unit = unit_of.get(one.declaration.span.file, "")
             head = [unit] if unit and any(_is_bare_number(other.declaration) for other in used) else []
@@ -127,13 +129,9 @@ def _is_bare_number(one: model.Declaration) -> bool:
     return isinstance(one, model.Constant) and isinstance(one.value, model.Literal) and one.value.is_whole_number
 
 
-def _reached(names: Iterable[str], others: Mapping[str, Mapping[str, Printed]]) -> set[str]:
+def _reached(names: Iterable[str], others: Mapping[str, Mapping[str, Printed]]) -> frozenset[str]:
     """Give the declarations that some names mention, directly or by way of others."""
-    reached: set[str] = set()
-    pending = [name for name in names if name in others]
-    while pending:
-        name = pending.pop()
-        if name not in reached:
-            reached.add(name)
-            pending += [further for one in others[name].values() for further in one.names if further in others]
-    return reached
+    return reached(
+        others.keys() & names,
+        lambda name: others.keys() & frozenset().union(*(one.names for one in others[name].values())),
+    )

@@ -1,6 +1,9 @@
-"""In which order do names come that are made of other names, and which of them are made of themselves?"""
+"""Which names lead to which others: in which order do they come, which go round in a circle, what is reached?"""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import TypeVar
+
+_Thing = TypeVar("_Thing", bound=Hashable)
 
 
 def inside_first(made_of: Mapping[str, Iterable[str]]) -> tuple[list[str], list[list[str]]]:
@@ -39,3 +42,20 @@ def inside_first(made_of: Mapping[str, Iterable[str]]) -> tuple[list[str], list[
             elif following not in ordered:
                 path[following] = iter(made_of[following])
     return list(ordered), circles
+
+
+def reached(starts: Iterable[_Thing], leads_to: Callable[[_Thing], Iterable[_Thing]]) -> frozenset[_Thing]:
+    """Give some things, and all that they lead to, directly or by way of others.
+
+    Examples
+    --------
+    >>> sorted(reached([9], lambda number: [number // 2, number // 3]))
+    [0, 1, 2, 3, 4, 9]
+    """
+    found = set(starts)
+    waiting = list(found)
+    while waiting:
+        further = set(leads_to(waiting.pop())) - found
+        found |= further
+        waiting += further
+    return frozenset(found)

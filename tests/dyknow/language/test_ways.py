@@ -6,7 +6,7 @@ import pytest
 
 from dyknow.errors import KplError
 from dyknow.kpl.checks import check_kpl
-from dyknow.language.circles import inside_first
+from dyknow.language.ways import inside_first
 from tests.cases import for_each
 
 
