@@ -308,6 +308,5 @@ def _print_facts(summary: "RunSummary", log: str) -> None:
 
 
 def _start(record: "RunRecord") -> str:
-
     who = {"option": "by --start-utc", "site": "by the site file", "video": "by the video's creation time"}
     return f"{format_utc(record.start_utc_us)}, {who.get(record.start_from, 'since nobody says when it was')}"
