@@ -49,14 +49,12 @@ def objects(
 
 
 def _car_row(one: "CarIdentity") -> list[str]:
-
     times = [format_media(one.first_us), format_media(one.last_us)]
     counts = [str(count) if count else "" for count in (one.undecided, one.refuted, one.open)]
     return [one.car, one.car_class, *times, " ".join(one.vision_ids), _seconds(one.hidden_us), *counts]
 
 
 def _link_row(one: "IdentityLink") -> list[str]:
-
     end = "" if one.end_us is None else format_media(one.end_us)
     hidden = _seconds(0 if one.hidden_us is None else one.start_us - one.hidden_us)
     weighed = ["" if value is None else f"{value:.1f}" for value in (one.score_nats, one.margin_nats)]

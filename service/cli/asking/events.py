@@ -95,7 +95,6 @@ def events(
 
 
 def _time(text: str | None, parameter: str) -> "TimePoint | None":
-
     return None if text is None else parse_time(text, parameter=parameter)
 
 

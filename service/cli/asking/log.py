@@ -35,7 +35,6 @@ def info(log: LogName, as_json: AsJson = False) -> None:
 
 
 def _about(run: "RunRecord", time: str, held: "list[Holding]") -> str:
-
     rows = [
         [
             *(one.kind, str(one.rows), str(one.pruned or ""), str(one.size_bytes)),

@@ -140,7 +140,6 @@ def monitor(
 
 
 def _print_verdicts(found: "Monitored") -> None:
-
     rows = [
         [format_media(one.t_us), one.monitor, one.outcome, shown_roles(one.roles), format_media(one.since_us)]
         for one in found.events

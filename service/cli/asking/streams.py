@@ -48,7 +48,6 @@ def streams(
 
 
 def _check_options(log: str | None, *, run: str | None, kpl: Path | None, graph: Path | None) -> None:
-
     if log is None and run is not None:
         raise typer.BadParameter(f"expected a LOG that holds the run, got none with {run!r}", param_hint="--run")
     if log is not None and kpl is not None:
@@ -78,7 +77,6 @@ def _print_stored(stored: "StoredStreams", *, as_json: bool) -> None:
 
 
 def _stored_row(stream: "RanStream") -> list[str]:
-
     return [
         stream.label,
         stream.made_of,

@@ -255,7 +255,6 @@ def _progress_record(progress: "Progress") -> dict[str, object]:
 
 
 def _summary_record(summary: "RunSummary") -> dict[str, object]:
-
     return {
         "type": "summary",
         "run": summary.run,

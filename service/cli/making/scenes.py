@@ -83,7 +83,6 @@ def _rows(evaluation: "Evaluation") -> "Iterator[tuple[str, ...]]":
 
 
 def _cells(event: "EventRecord | TrueEvent") -> tuple[str, str, str]:
-
     pair = f"{event.roles['overtaker']} overtakes {event.roles['overtaken']}"
     return pair, format_media(event.start_us), format_media(event.end_us)
 
