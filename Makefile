@@ -1,6 +1,6 @@
 # Two commands do everything on a fresh machine with Python 3.11+ (with venv) and make:
 #   make demo    a synthetic road, its video, and the overtakes recognised in it
-#   make test    the whole test suite
+#   make test    the tests that every change runs; `make test-long` has the others that must pass
 # One makes what is committed already: `make detector` renders worlds and trains the networks on them (hours of a core).
 PYTHON ?= python3
 VENV := .venv
@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 OUT := out/demo
 TEST_ARGS ?=
 
-.PHONY: demo test test-slow test-cluster check check-api bench detector serve clean
+.PHONY: demo test test-long test-slow test-cluster check check-api bench detector serve clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -26,12 +26,16 @@ $(VENV)/installed-cluster: $(VENV)/installed-dev
 demo: $(VENV)/installed
 	$(BIN)/dyknow demo --out $(OUT)
 
-# In the order of the files: what is long lies in tests/, and the short examples of the packages fill both workers' ends.
+# In the order of the files: what takes longest lies in tests/, and the short examples of the packages fill both workers' ends.
 # The tests start processes, which need not compile the packages again.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
+# The two together are all tests but the slow ones.
 test: $(VENV)/installed-dev
-	$(PYTEST) $(TEST_ARGS)
+	$(PYTEST) -m 'not long and not slow' $(TEST_ARGS)
+
+test-long: $(VENV)/installed-dev
+	$(PYTEST) -m 'long and not slow' $(TEST_ARGS)
 
 test-slow: $(VENV)/installed-dev
 	$(PYTEST) -m slow $(TEST_ARGS)

@@ -38,6 +38,12 @@ def for_each(name: str, values: Iterable[object] | Mapping[str, object]) -> Call
     return decorated
 
 
+def first_kept(values: Iterable[object], *, kept: int = 1) -> list[object]:
+    """Give parameters of a test, of which `make test` takes the first ones and `make test-long` the others."""
+    listed = list(values)
+    return [*listed[:kept], *(pytest.param(value, marks=pytest.mark.long) for value in listed[kept:])]
+
+
 def seeds(every: range, *, kept: int) -> pytest.MarkDecorator:
     """Give a test `seeds` to walk over: the first ones in every run, the others with `make test-slow`."""
     return pytest.mark.parametrize(

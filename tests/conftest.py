@@ -18,6 +18,9 @@ from service.cli.app import run
 SECONDS = 16
 """Of the demo's 60: four overtakes are over by then, and a longer clip begins with the shorter one's pictures."""
 
+LONG_TO_MAKE = {"demo", "postgres"}
+"""Fixtures whose tests `make test` leaves to `make test-long`."""
+
 
 @dataclass(frozen=True, slots=True)
 class Demo:
@@ -48,6 +51,20 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what needs something that takes long to make, whichever fixtures lead there."""
+    if not LONG_TO_MAKE.isdisjoint(getattr(item, "fixturenames", ())):
+        item.add_marker(pytest.mark.long)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file() -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Look for no examples in the docstrings of tests, only of what they share: it takes a second in each process."""
+    found = yield
+    return [one for one in found if type(one) is pytest.Module] or found
+
+
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with a file that needs the demo: while it is made, the other workers have tests that do not wait for it."""
     first = next((item.path for item in items if "demo" in getattr(item, "fixturenames", ())), None)
@@ -108,11 +125,25 @@ def scene(demo: Demo) -> Path:
 
 
 @pytest.fixture(scope="session")
-def tracks_log(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make the demo's scene in small pictures, a quarter of the work: the truth is the same, vision cannot use them."""
+    from data_gen.outputs.scene import generate
+
+    def make(folder: Path) -> str:
+        small = generate(
+            "rural_overtaking", seed=3, duration_us=SECONDS * 1_000_000, out_dir=folder, width_px=320, height_px=180
+        )
+        return str(small.frame_count)
+
+    return made_once(tmp_path_factory, "small_scene", make)[0]
+
+
+@pytest.fixture(scope="session")
+def tracks_log(small_scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Process the true trajectories of the scene; nobody writes into their log."""
     from service.runs.processing import RunRequest, process
 
     def make(folder: Path) -> str:
-        return process(RunRequest(scene / "truth.csv", scene / "site.toml", str(folder / "log.db"))).status
+        return process(RunRequest(small_scene / "truth.csv", small_scene / "site.toml", str(folder / "log.db"))).status
 
     return made_once(tmp_path_factory, "tracks_log", make)[0] / "log.db"

@@ -88,7 +88,7 @@ def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[NewLog]:
     running.cleanup()
 
 
-@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+@pytest.fixture(scope="module", params=["sqlite", pytest.param("postgresql", marks=pytest.mark.long)])
 def new_log(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> NewLog:
     """Give new logs, in files of a folder or on the server."""
     if request.param == "postgresql":
@@ -109,12 +109,12 @@ def first_seconds(scene: Path, folder: Path, seconds: int) -> Path:
 
 
 @pytest.fixture(scope="session")
-def tracks(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tracks(small_scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Ten seconds of a scene, with its site."""
-    return first_seconds(scene, tmp_path_factory.mktemp("tracks"), 10)
+    return first_seconds(small_scene, tmp_path_factory.mktemp("tracks"), 10)
 
 
 @pytest.fixture(scope="session")
-def brief(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def brief(small_scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two seconds of it, for tests of what becomes of a job, whatever is in it."""
-    return first_seconds(scene, tmp_path_factory.mktemp("brief"), 2)
+    return first_seconds(small_scene, tmp_path_factory.mktemp("brief"), 2)
