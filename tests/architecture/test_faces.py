@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("gis", "vision", "chronicles", "dyknow", "anchoring", "qsr", "data_gen", "service")
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -53,6 +55,7 @@ def test_loading_chronicles_needs_nothing_of_dyknow_but_the_workshop_of_language
     assert {name for name in behind if not name.startswith("dyknow.language")} <= {"dyknow"}
 
 
+@pytest.mark.long
 def test_a_server_that_was_asked_nothing_holds_no_engine_for_video() -> None:
     loaded = {name.split(".")[0] for name in modules_after("import service.api.app")}
     assert not loaded & {"anchoring", "gis", "cv2", "scipy", "networkx", "shapely", "av", "onnxruntime", "libsumo"}

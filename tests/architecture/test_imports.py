@@ -5,6 +5,8 @@ import functools
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("gis", "vision", "chronicles", "dyknow", "anchoring", "qsr", "data_gen", "service")
 LANGUAGE = "dyknow.language"  # below all packages: how texts are read
@@ -64,6 +66,7 @@ def roots(path: Path) -> set[str]:
     return {name.split(".")[0] for name in imported_modules(path)}
 
 
+@pytest.mark.long
 def test_package_imports_only_what_its_level_allows() -> None:
     def too_far(path: Path) -> set[str]:
         package = level_of(path.relative_to(ROOT).with_suffix("").as_posix().replace("/", "."))

@@ -1,5 +1,7 @@
 """Rooms are small, and those of the service lie along the way of its data: no file imports from one further on."""
 
+import pytest
+
 from tests.architecture.test_imports import FILES, ROOT, imported_modules
 
 ALONE = {"service.runs.machine"}
@@ -25,6 +27,7 @@ def place(module: str, way: tuple[str, ...]) -> int | None:
     return way.index(max(rooms, key=len)) if rooms else None
 
 
+@pytest.mark.long
 def test_imports_go_one_way_along_the_data() -> None:
     found = []
     for path in FILES:

@@ -41,6 +41,7 @@ def test_the_monitors_and_the_chronicle_of_the_page_go_together(tmp_path: Path) 
     assert "within_limit_violated" in chronicles.plan("races_past").consumes
 
 
+@pytest.mark.long
 def test_what_the_chronicle_of_the_page_finds_is_logged_whichever_event_came_first(tmp_path: Path) -> None:
     [monitors, _], [chronicle, *_] = blocks("mtl"), blocks("text")
     url = run_race(tmp_path, monitors.replace("80 km/h", "54 km/h"), chronicle)
@@ -51,6 +52,7 @@ def test_what_the_chronicle_of_the_page_finds_is_logged_whichever_event_came_fir
     assert [(one.start_us, one.end_us) for one in events] == [(min(one.values()), max(one.values())) for one in points]
 
 
+@pytest.mark.long
 def test_the_page_shows_what_the_monitors_of_chronicles_tell_of_the_demo(
     demo: Demo, capsys: pytest.CaptureFixture[str]
 ) -> None:

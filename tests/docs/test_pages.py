@@ -20,6 +20,7 @@ def first_event(demo: Demo, capsys: pytest.CaptureFixture[str]) -> dict[str, obj
     return event
 
 
+@pytest.mark.long
 def test_every_address_of_the_pages_is_answered(demo: Demo, capsys: pytest.CaptureFixture[str]) -> None:
     event = str(first_event(demo, capsys)["id"])
     shown = [

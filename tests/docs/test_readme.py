@@ -49,6 +49,7 @@ def near(value: object, name: str = "") -> object:
     return pytest.approx(value, abs=PLACE_M) if isinstance(value, float) else value
 
 
+@pytest.mark.long
 def test_the_commands_of_the_readme_run_in_order(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

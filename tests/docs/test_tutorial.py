@@ -49,6 +49,7 @@ def ask(client: Client, words: list[str], event: str) -> dict[str, Any]:
     return answer.json()  # type: ignore[no-any-return]
 
 
+@pytest.mark.long
 def test_the_tutorial_leads_from_a_video_to_an_event_of_its_own(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], demo: Demo
 ) -> None:

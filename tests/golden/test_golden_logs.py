@@ -41,7 +41,13 @@ CASES = (
 )
 
 
-@pytest.mark.parametrize("case", CASES, ids=[case.folder for case in CASES])
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.folder, marks=() if case.folder == "rural_video" else pytest.mark.long)
+        for case in CASES
+    ],
+)
 def test_log_says_what_the_golden_one_says(case: Case, tmp_path: Path, not_pinned: NotPinned) -> None:
     log = tmp_path / "log.db"
     case.process(log)

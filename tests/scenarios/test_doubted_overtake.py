@@ -34,6 +34,8 @@ from service.store.log import open_log
 from tests.clips import first_seconds
 from tests.service.http import Client
 
+pytestmark = pytest.mark.long
+
 S = 1_000_000
 RATE_HZ, SIZE_PX = 25, (632, 64)
 ALL_S, UNTIL_IT_COMES_OUT_S = 15, 13

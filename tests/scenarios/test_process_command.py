@@ -26,26 +26,32 @@ def refused(capsys: pytest.CaptureFixture[str], folder: Path, *arguments: object
     return capsys.readouterr().err
 
 
-def test_missing_video(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
-    message = refused(capsys, tmp_path, tmp_path / "none.mp4", "--site", scene / "site.toml")
+def test_missing_video(capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path) -> None:
+    message = refused(capsys, tmp_path, tmp_path / "none.mp4", "--site", small_scene / "site.toml")
     assert "none.mp4: expected a video or trajectory file, got no such file" in message
 
 
 @pytest.mark.parametrize("content", [b"", b"not a video at all\n" * 50], ids=["empty", "text"])
-def test_file_that_is_no_video(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path, content: bytes) -> None:
+def test_file_that_is_no_video(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path, content: bytes
+) -> None:
     video = tmp_path / "broken.mp4"
     video.write_bytes(content)
-    message = refused(capsys, tmp_path, video, "--site", scene / "site.toml")
+    message = refused(capsys, tmp_path, video, "--site", small_scene / "site.toml")
     assert "broken.mp4" in message
     assert "expected" in message
 
 
-def test_truncated_video_without_an_index(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
+@pytest.mark.long
+def test_truncated_video_without_an_index(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path
+) -> None:
     video = tmp_path / "short.mp4"
-    video.write_bytes((scene / "video.mp4").read_bytes()[:500])
-    assert "short.mp4" in refused(capsys, tmp_path, video, "--site", scene / "site.toml")
+    video.write_bytes((small_scene / "video.mp4").read_bytes()[:500])
+    assert "short.mp4" in refused(capsys, tmp_path, video, "--site", small_scene / "site.toml")
 
 
+@pytest.mark.long
 def test_video_that_breaks_half_way_keeps_its_events(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     whole = (GOLDEN_CLIP / "video.mp4").read_bytes()
     video, log = tmp_path / "half.mp4", tmp_path / "log.db"
@@ -62,30 +68,33 @@ def test_video_that_breaks_half_way_keeps_its_events(capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out.count("\n") >= 1
 
 
-def test_site_with_a_misspelt_field(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
+def test_site_with_a_misspelt_field(capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path) -> None:
     site = tmp_path / "site.toml"
-    site.write_text((scene / "site.toml").read_text().replace("homography", "homografy"))
-    (tmp_path / "network.net.xml").write_bytes((scene / "network.net.xml").read_bytes())
-    message = refused(capsys, tmp_path, scene / "video.mp4", "--site", site)
+    site.write_text((small_scene / "site.toml").read_text().replace("homography", "homografy"))
+    (tmp_path / "network.net.xml").write_bytes((small_scene / "network.net.xml").read_bytes())
+    message = refused(capsys, tmp_path, small_scene / "video.mp4", "--site", site)
     assert "homografy" in message
     assert "did you mean homography?" in message
 
 
-def test_missing_site(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
-    message = refused(capsys, tmp_path, scene / "video.mp4", "--site", tmp_path / "none.toml")
+def test_missing_site(capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path) -> None:
+    message = refused(capsys, tmp_path, small_scene / "video.mp4", "--site", tmp_path / "none.toml")
     assert "none.toml: expected a readable site file" in message
 
 
-def test_chronicle_with_an_error(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
+def test_chronicle_with_an_error(capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path) -> None:
     chronicle = tmp_path / "mine.chronicle"
     chronicle.write_text("chronicle near[?a, ?b](t1) { event(besid[?a, ?b]:(false, true), t1) }")
-    message = refused(capsys, tmp_path, scene / "video.mp4", "--site", scene / "site.toml", "--chronicles", chronicle)
+    message = refused(
+        capsys, tmp_path, small_scene / "video.mp4", "--site", small_scene / "site.toml", "--chronicles", chronicle
+    )
     assert "mine.chronicle:1:" in message
     assert "did you mean 'beside'?" in message
 
 
-def test_unknown_log_url(capsys: pytest.CaptureFixture[str], scene: Path) -> None:
-    code = process(scene / "video.mp4", "--site", scene / "site.toml", "--log", "mongodb://host/db")
+@pytest.mark.long
+def test_unknown_log_url(capsys: pytest.CaptureFixture[str], small_scene: Path) -> None:
+    code = process(small_scene / "video.mp4", "--site", small_scene / "site.toml", "--log", "mongodb://host/db")
     assert code == 3
     assert "got scheme 'mongodb'" in capsys.readouterr().err
 
@@ -96,27 +105,31 @@ def test_trajectory_file_without_its_columns(capsys: pytest.CaptureFixture[str],
     assert "map other names with --columns" in refused(capsys, tmp_path, tracks)
 
 
-def test_json_progress_ends_with_a_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
-    tracks = first_seconds(scene, tmp_path, 4)
-    assert process(tracks, "--site", scene / "site.toml", "--log", tmp_path / "log.db", "--json") == 0
+def test_json_progress_ends_with_a_summary(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path
+) -> None:
+    tracks = first_seconds(small_scene, tmp_path, 4)
+    assert process(tracks, "--site", small_scene / "site.toml", "--log", tmp_path / "log.db", "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["type"] for line in lines[:-1]} <= {"progress"}
     assert (lines[-1]["type"], lines[-1]["status"], lines[-1]["frames"]) == ("summary", "finished", 25 * 4)
 
 
-def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path) -> None:
+@pytest.mark.long
+def test_own_chronicle_file_is_used(capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path) -> None:
     chronicle, log = tmp_path / "mine.chronicle", tmp_path / "log.db"
     chronicle.write_text(
         "message met[?a, ?b] { ?a in Car ?b in Car }\n"
         "chronicle met[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) when recognised { emit met[?a, ?b] } }"
     )
-    tracks = first_seconds(scene, tmp_path, 4)
-    assert process(tracks, "--site", scene / "site.toml", "--log", log, "--chronicles", chronicle) == 0
+    tracks = first_seconds(small_scene, tmp_path, 4)
+    assert process(tracks, "--site", small_scene / "site.toml", "--log", log, "--chronicles", chronicle) == 0
     capsys.readouterr()
     assert run(["events", str(log), "--format", "jsonl", "--limit", "1"]) == 0
     assert json.loads(capsys.readouterr().out)["type"] == "met"
 
 
+@pytest.mark.long
 def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], tmp_path: Path, demo: Demo) -> None:
     log, scene, picture = str(demo.log), demo.scene, tmp_path / "picture.png"
     assert run(["evaluate", log, str(scene), "--min-f1", "0.9"]) == 0
@@ -126,8 +139,9 @@ def test_evaluate_and_draw_work_on_the_log(capsys: pytest.CaptureFixture[str], t
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_interrupt_keeps_what_was_found(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: Path, monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, small_scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from service.runs import processing as runs
 
@@ -139,7 +153,7 @@ def test_interrupt_keeps_what_was_found(
 
     monkeypatch.setattr(runs._Meter, "count", count)
     log = tmp_path / "log.db"
-    assert process(scene / "truth.csv", "--site", scene / "site.toml", "--log", log) == 130
+    assert process(small_scene / "truth.csv", "--site", small_scene / "site.toml", "--log", log) == 130
     assert "got an interrupt; the events up to there are kept" in capsys.readouterr().err
     with open_log(str(log)) as opened:
         (record,) = opened.runs()

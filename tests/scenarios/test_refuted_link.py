@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from chronicles.recogniser import recognise
 from service.questions.events.queries import EventFilter, decode_event, iterate_events
 from service.questions.observations.stored_events import chronicles_of, stored_events
@@ -58,5 +60,6 @@ def test_a_link_refuted_on_trial_takes_the_meeting_back(tmp_path: Path) -> None:
     assert met_in(tmp_path, jump_at=14) == ([], ["b->w2#3"])
 
 
+@pytest.mark.long
 def test_a_link_refuted_later_takes_nothing_back(tmp_path: Path) -> None:
     assert met_in(tmp_path, jump_at=40) == (BOTH, [])

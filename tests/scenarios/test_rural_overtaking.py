@@ -79,9 +79,10 @@ def test_one_car_symbol_for_one_vehicle(scene: Path, log: str) -> None:
     assert 0.8 * len(set(vehicles.ids)) <= len(cars) <= len(set(vehicles.ids))
 
 
-def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, tracks_log: Path, tmp_path: Path) -> None:
+@pytest.mark.long
+def test_repeating_a_run_replaces_its_rows_by_the_same(small_scene: Path, tracks_log: Path, tmp_path: Path) -> None:
     repeated = shutil.copy(tracks_log, tmp_path / "log.db")
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", str(repeated), again=True))
+    process(RunRequest(small_scene / "truth.csv", small_scene / "site.toml", str(repeated), again=True))
     for table in ("runs", "chunks", "links", "cars", "streams"):
         assert rows(repeated, table) == rows(tracks_log, table), table
     # Each event is told once more, under the next free number.
@@ -93,8 +94,8 @@ def test_repeating_a_run_replaces_its_rows_by_the_same(scene: Path, tracks_log: 
     assert len(before) > 10
 
 
-def test_trajectories_of_the_truth_give_the_same_overtakes(scene: Path, tracks_log: Path) -> None:
-    result = evaluate_log(str(tracks_log), scene, event_type="overtake", run=None)
+def test_trajectories_of_the_truth_give_the_same_overtakes(small_scene: Path, tracks_log: Path) -> None:
+    result = evaluate_log(str(tracks_log), small_scene, event_type="overtake", run=None)
     assert not result.missed
     assert not result.wrong
     with open_log(str(tracks_log)) as opened:

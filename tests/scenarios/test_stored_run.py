@@ -29,6 +29,7 @@ def events(url: str) -> list[EventRecord]:
         return [decode_event(text) for text in iterate_events(log, EventFilter())]
 
 
+@pytest.mark.long
 def test_recognising_a_stored_run_again_gives_its_standing_events(url: str, events: list[EventRecord]) -> None:
     with open_log(url) as log:
         stored = stored_events(log, log.run().id)
@@ -38,6 +39,7 @@ def test_recognising_a_stored_run_again_gives_its_standing_events(url: str, even
     assert {"overtake", "pass"} <= {one.chronicle.name for one in events}
 
 
+@pytest.mark.long
 def test_every_event_is_explained(url: str, events: list[EventRecord]) -> None:
     with open_log(url) as log:
         explainer = Explainer(log)
@@ -68,11 +70,12 @@ def test_the_overtaken_car_did_not_overtake(url: str, events: list[EventRecord])
     assert found.near_misses
 
 
+@pytest.mark.long
 def test_one_chronicle_alone_costs_and_stores_only_its_relations(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    small_scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = str(tmp_path / "log.db")
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", log, (LIBRARY / "crossing.chronicle",)))
+    process(RunRequest(small_scene / "truth.csv", small_scene / "site.toml", log, (LIBRARY / "crossing.chronicle",)))
     with open_log(log) as opened:
         assert opened.run().relations == ("in_crossing",)
         assert {one.name for one in opened.relations(opened.run().id)} <= {"in_crossing"}
