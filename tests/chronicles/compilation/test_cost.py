@@ -63,6 +63,7 @@ def bounds(plan: Plan, rates_hz: dict[str, float], keys: int) -> dict[int, int]:
     return {sum(1 << position_of[label] for label in row.points): row.instances for row in rows}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "keys"),
     [
@@ -91,6 +92,7 @@ def test_bound_of_the_first_event_is_reached() -> None:
     assert max(largest(plan, only_first).values()) == bounds(plan, rates_hz, 1)[1 << first] == 6
 
 
+@pytest.mark.long
 def test_every_set_of_positions_that_the_store_reaches_is_counted() -> None:
     compared = 0
     for seed in range(120):

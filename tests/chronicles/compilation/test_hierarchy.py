@@ -60,6 +60,7 @@ def test_circle_names_each_chronicle_and_whom_it_feeds() -> None:
     assert [(one.line, one.label) for one in found.related] == [(2, "feeds 'one'"), (3, "feeds 'two'")]
 
 
+@pytest.mark.long
 def test_chain_of_more_chronicles_than_python_nests_calls_is_ordered() -> None:
     text = "\n".join(
         f"chronicle c{number}(t1) {{ event(e{number}[], t1) when recognised {{ emit e{number + 1}[] }} }}"

@@ -31,6 +31,7 @@ def network(constraints: list[str]) -> tuple[tuple[int, ...], ...]:
     return load(text(constraints)).plans[0].distance_us
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(3))
 def test_a_constraint_is_told_exactly_if_the_network_is_the_same_without_it(block: int) -> None:
     told = untold = 0

@@ -33,6 +33,7 @@ def test_missing_occurrence_and_wrong_order_are_noticed(monkeypatch: pytest.Monk
     assert turned.startswith("turned gives another order than eager")
 
 
+@pytest.mark.long
 @seeds(range(1000), kept=60)
 def test_every_event_is_given_within_the_bound_of_its_plan(seeds: range) -> None:
     """Whoever waits for it cannot see more of the trace than what comes by then."""
@@ -51,6 +52,7 @@ def test_every_event_is_given_within_the_bound_of_its_plan(seeds: range) -> None
     assert waited
 
 
+@pytest.mark.long
 @seeds(range(1000), kept=60)
 def test_what_feeds_some_events_finds_them_as_the_whole_set_does(seeds: range) -> None:
     smaller = 0

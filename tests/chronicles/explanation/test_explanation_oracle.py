@@ -3,6 +3,8 @@
 import re
 from collections import Counter
 
+import pytest
+
 from chronicles.chronicle_set import ChronicleSet, load
 from chronicles.errors import ChronicleError
 from chronicles.events import Event
@@ -69,6 +71,7 @@ def test_every_statement_of_an_occurrence_is_read_as_met(seeds: range) -> None:
     assert explained > len(seeds) // 4
 
 
+@pytest.mark.long
 @seeds(range(1000, 1160), kept=15)
 def test_near_misses_are_no_occurrences_and_their_changes_make_them_so(seeds: range) -> None:
     changes = 0
@@ -86,6 +89,7 @@ def test_near_misses_are_no_occurrences_and_their_changes_make_them_so(seeds: ra
     assert changes > len(seeds) // 4
 
 
+@pytest.mark.long
 @seeds(range(2000, 2120), kept=30)
 def test_smallest_change_is_as_small_as_the_smallest_relaxation_that_matches(seeds: range) -> None:
     compared = 0

@@ -34,6 +34,7 @@ def test_explanation_with_an_emitter_fits_the_schema() -> None:
     assert to_json(regular())["events"][0]["emitted_by"]["chronicle"]["name"] == "visit"
 
 
+@pytest.mark.long
 def test_explanations_of_random_chronicles_fit_the_schema() -> None:
     for seed in range(3000, 3030):
         chronicles, events = accepted_case(seed)

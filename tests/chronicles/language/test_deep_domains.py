@@ -49,6 +49,7 @@ def test_parentheses_without_operations_may_be_many() -> None:
     assert check_texts([("text", "domain Last = " + "(" * MANY + "{a}" + ")" * MANY + USE)]) == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("is_last_first", [False, True])
 def test_chain_of_domains_may_be_long(is_last_first: bool) -> None:
     chain = ["domain D0 = {a}", *(f"domain D{one} = D{one - 1} | {{b{one}}}" for one in range(1, MANY))]

@@ -48,6 +48,7 @@ def assert_formatted(text: str) -> None:
     assert all(len(line) <= 120 for line in once.split("\n") if "#" not in line and "//" not in line)
 
 
+@pytest.mark.long
 @for_each("seed", range(60))
 def test_random_text_keeps_its_words_and_comments_and_its_layout_is_final(seed: int) -> None:
     pick = random.Random(seed)
@@ -55,6 +56,7 @@ def test_random_text_keeps_its_words_and_comments_and_its_layout_is_final(seed: 
     assert_formatted(scattered(text, [pick.choice(BREAKS) for _ in range(pick.randint(1, 200))]))
 
 
+@pytest.mark.long
 @given(st.lists(st.sampled_from(BREAKS) | st.text(" \n\t", min_size=1, max_size=4), min_size=1, max_size=40))
 @settings(max_examples=30, deadline=None)
 def test_any_blanks_and_comments_between_words_are_laid_out_for_good(breaks: list[str]) -> None:

@@ -1,5 +1,7 @@
 """Warnings: what is said and where, when nothing is said, and that the text stays usable."""
 
+import pytest
+
 from chronicles import library
 from chronicles.chronicle_set import check_texts, load
 from tests.cases import for_each, seeds
@@ -42,6 +44,7 @@ def without_implied(text: str) -> str:
     return "\n".join(lines)
 
 
+@pytest.mark.long
 @seeds(range(150), kept=75)
 def test_leaving_out_implied_constraints_changes_no_plan(seeds: range) -> None:
     changed = 0

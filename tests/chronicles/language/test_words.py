@@ -41,6 +41,7 @@ def test_words_are_those_of_the_grammar(lark: Lark, seed: int) -> None:
     ]
 
 
+@pytest.mark.long
 @for_each("seed", range(150))
 def test_what_lark_refuses_is_refused_and_nothing_else(lark: Lark, seed: int) -> None:
     pick = random.Random(seed)

@@ -170,6 +170,7 @@ def test_waiting_lists_the_partial_instances_that_can_still_complete(seeds: rang
     assert found > len(seeds)
 
 
+@pytest.mark.long
 @seeds(range(700, 750), kept=12)
 def test_executor_of_many_plans_equals_one_store_for_each(seeds: range) -> None:
     found = 0

@@ -3,6 +3,8 @@
 import pickle
 import random
 
+import pytest
+
 from chronicles.chronicle_set import load
 from chronicles.compilation.plan import Plan
 from chronicles.compilation.steps import steps_from
@@ -32,6 +34,7 @@ def is_plain(data: object) -> bool:
     return data is None or type(data) in {int, str, float}
 
 
+@pytest.mark.long
 def test_restored_store_goes_on_as_if_it_had_not_stopped() -> None:
     found = 0
     for seed in range(800, 900):

@@ -55,6 +55,7 @@ def test_the_same_events_are_told_the_same_after_a_checkpoint() -> None:
     assert told == half + [found for event in pings(6)[3:] for found in second.observe(event)]
 
 
+@pytest.mark.long
 def test_a_dozen_equal_events_out_of_many_come_to_an_end() -> None:
     recogniser = Recogniser(repeated(12), limits=Limits(most_waiting=500, most_matches=100))
     assert 0 < len(found(recogniser, 40)) <= 100 * 40

@@ -250,6 +250,7 @@ def doubtful(case: Case, events: Iterable[Event], undecided: set[str]) -> Counte
     return Counter(one.key[:3] for one in found if not undecided.isdisjoint(one.hypotheses))
 
 
+@pytest.mark.long
 @seeds(range(400), kept=40)
 @pytest.mark.parametrize(
     ("early", "patience_us"), [(True, 0), (True, 5), (False, 0)], ids=["early", "patient", "final"]
