@@ -69,6 +69,7 @@ def refused(text: str) -> KplError:
     return caught.value
 
 
+@pytest.mark.long
 @for_each("text", TEXTS)
 def test_hostile_text_is_refused_in_three_parts_at_its_place(text: str) -> None:
     error = refused(HEAD + text)
@@ -112,6 +113,7 @@ def test_long_lines_and_words_are_shown_in_part() -> None:
     assert f"up to 35 years, got '{'9' * 57}...'" in shown
 
 
+@pytest.mark.long
 def test_hundreds_of_errors_are_counted_and_the_first_ones_shown() -> None:
     text = "source int s;\n" + "\n".join(f"strmgen label{i} = s; stream s{i} = labell{i};" for i in range(300))
     error = refused(text)

@@ -17,6 +17,7 @@ from tests.dyknow.kpl.test_printer import EVERY_FORM
 WORDS = [*EVERY_FORM.replace(";", " ; ").replace(",", " , ").replace("[", " [ ").split(), "@", "é", "#", "\n", "5"]
 
 
+@pytest.mark.long
 @for_each("seed", range(300))
 def test_any_text_is_read_or_refused_with_a_place_inside_it(seed: int) -> None:
     rng = random.Random(seed)

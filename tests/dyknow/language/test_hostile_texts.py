@@ -37,6 +37,7 @@ def refused(read: Callable[[str], object], text: str) -> tuple[str, tuple[Diagno
     return str(error), error.diagnostics
 
 
+@pytest.mark.long
 @for_each("read", READERS)
 @for_each("text", HOSTILE)
 def test_message_is_printable_and_short(read: Callable[[str], object], text: str) -> None:

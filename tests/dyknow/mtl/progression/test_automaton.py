@@ -123,6 +123,7 @@ def agree(seed: int, formulas: list[Formula], *, state_count: int, pairs: tuple[
                     assert one.agrees(t_us, state), (seed, t_us, one.pair, one.formula)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", WRITTEN)
 def test_pairs_that_share_their_work_agree_with_direct_evaluation(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(automaton, "_MOST_STEPS", 0)

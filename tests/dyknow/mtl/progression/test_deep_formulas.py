@@ -36,6 +36,7 @@ def states(seed: int, count: int) -> list[tuple[int, DictState]]:
     return [(k, DictState({name: bool(rng.random() < share) for name in "pq"})) for k in range(count)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [*KINDS, *TURNS])
 def test_deep_formulas_agree_with_direct_evaluation(kind: str) -> None:
     for seed in range(12):

@@ -216,6 +216,7 @@ def test_one_formula_about_many_objects_keeps_them_apart() -> None:
     assert found == {"a": UNKNOWN, "b": FALSE}
 
 
+@pytest.mark.long
 def test_joining_formulas_joins_their_verdicts() -> None:
     """Merging obligations of several formulas must not change what each of them says."""
     for seed in range(300):

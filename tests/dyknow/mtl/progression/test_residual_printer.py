@@ -82,6 +82,7 @@ def test_what_is_shown_of_a_long_one_is_short() -> None:
     assert repr(progressor).endswith("...>")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("remembers", [True, False])
 def test_what_was_written_asks_the_same_of_the_states_to_come(remembers: bool) -> None:
     read = 0

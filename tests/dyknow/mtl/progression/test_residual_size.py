@@ -50,6 +50,7 @@ def test_size_does_not_depend_on_how_many_states_a_window_has(text: str, most: i
     assert largest_size(text, step_us, q=0.9, r=0.8) == most
 
 
+@pytest.mark.long
 def test_size_of_what_cannot_be_merged_is_bounded_by_the_states_of_a_window() -> None:
     text = "always (p implies (eventually[0s, 1s] q or always[0s, 1s] r))"
     assert 50 < largest_size(text, 20_000, q=0.02, r=0.995) <= 7 * 50
@@ -83,6 +84,7 @@ def test_table_forgets_what_nobody_needs() -> None:
     assert largest < 600
 
 
+@pytest.mark.long
 def test_table_keeps_what_is_in_use_however_much_that_is() -> None:
     shared = SharedWork(remembers=False, least_kept=50)
     formula = parse_formula("always eventually[0us, 30us] p[?c]", variables=["c"])
