@@ -226,6 +226,7 @@ def test_thousand_processes_may_come_and_go_within_one_delivery() -> None:
     assert (node.labels, seen.values, len(source.subscriptions)) == (("numbers",), [7], 2)
 
 
+@pytest.mark.long
 def test_thousand_cycles_of_creation_and_removal_leak_nothing() -> None:
     node, alive = Node(), weakref.WeakSet[object]()
     source, control = node.add_source("numbers"), node.add_source("chosen")

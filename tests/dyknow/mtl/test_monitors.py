@@ -110,6 +110,7 @@ def test_a_state_that_is_not_later_is_refused() -> None:
         monitors.update(5, world(a=True))
 
 
+@pytest.mark.long
 def test_nothing_is_kept_of_objects_that_have_left() -> None:
     before = watch_count()
     monitors = Monitors(parse_monitors("monitor back per Car: always (p[?c] or eventually[0s, 9s] p[?c])"))

@@ -285,6 +285,7 @@ def test_pipeline_delivers_what_the_definition_says(
     assert under(policy, samples, told_us=told_us) == received(policy, samples, told_us)
 
 
+@pytest.mark.long
 @PROPERTY
 @given(policies(), STREAMS, st.lists(st.integers(0, 480), max_size=30))
 def test_time_told_in_between_changes_nothing(policy: Policy, samples: list[Sample[float]], told_us: list[int]) -> None:
@@ -301,6 +302,7 @@ def test_time_told_in_between_changes_nothing(policy: Policy, samples: list[Samp
     assert pipeline.dropped == silent.dropped
 
 
+@pytest.mark.long
 @PROPERTY
 @given(policies(), STREAMS)
 def test_delivered_stream_keeps_order_delay_and_duration(policy: Policy, samples: list[Sample[float]]) -> None:
@@ -319,6 +321,7 @@ def test_delivered_stream_keeps_order_delay_and_duration(policy: Policy, samples
     assert all(policy.to_us is None or one.valid_us <= policy.to_us for one in delivered)
 
 
+@pytest.mark.long
 @PROPERTY
 @given(policies(), STREAMS, st.none() | st.integers(0, 400))
 def test_duration_takes_a_part_of_what_is_sampled_without_it(
@@ -337,6 +340,7 @@ def test_duration_takes_a_part_of_what_is_sampled_without_it(
         assert got[: len(part)] == part  # and perhaps times that need not wait for one before `from` any more
 
 
+@pytest.mark.long
 @PROPERTY
 @example(
     Policy(SampleEvery(3), Approximation.NONE, from_us=0, order=Order.MONOTONE),

@@ -81,6 +81,7 @@ def test_states_leave_in_order_and_within_the_delay(
     assert all(a.available_us <= b.available_us for a, b in pairwise(found))
 
 
+@pytest.mark.long
 @PROPERTY
 @given(FLUENTS, ROWS, st.lists(st.integers(0, 500), max_size=20))
 def test_time_told_in_between_changes_nothing(
@@ -290,6 +291,7 @@ def test_orders_are_listed_with_any_first() -> None:
     assert next(iter(Order)) is Order.ANY  # what `LEADERS` relies on
 
 
+@pytest.mark.long
 @PROPERTY
 @given(LED, ROWS)
 def test_states_at_the_times_of_a_fluent_are_those_of_the_definition(
@@ -305,6 +307,7 @@ def test_states_at_the_times_of_a_fluent_are_those_of_the_definition(
     assert [(one.available_us, one.valid_us, one.value.values) for one in found] == expected
 
 
+@pytest.mark.long
 @PROPERTY
 @given(LED, ROWS)
 def test_states_at_the_times_of_a_fluent_leave_in_order_and_within_the_delay(
@@ -315,6 +318,7 @@ def test_states_at_the_times_of_a_fluent_leave_in_order_and_within_the_delay(
     assert all(a.valid_us < b.valid_us and a.available_us <= b.available_us for a, b in pairwise(found))
 
 
+@pytest.mark.long
 @PROPERTY
 @given(LED, ROWS, st.lists(st.integers(0, 500), max_size=20))
 def test_time_told_in_between_changes_nothing_at_the_times_of_a_fluent(

@@ -53,6 +53,7 @@ def chain(hops: int) -> tuple[Node, StreamGenerator]:
     return node, source
 
 
+@pytest.mark.long
 def test_chain_of_five_thousand_processes_delivers_tells_the_time_ends_and_goes() -> None:
     node, source = chain(5_000)
     seen = Recorder()

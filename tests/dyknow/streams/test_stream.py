@@ -193,6 +193,7 @@ def test_store_is_bounded_by_age_and_by_number() -> None:
     assert stream.dropped() == {"history full": 1}
 
 
+@pytest.mark.long
 def test_nothing_is_stored_when_nobody_may_ask() -> None:
     class Value:
         pass

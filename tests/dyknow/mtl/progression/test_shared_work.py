@@ -74,6 +74,7 @@ def test_irregular_steps_make_a_progressor_leave_its_automaton() -> None:
     assert automaton.place_count < 50
 
 
+@pytest.mark.long
 def test_an_automaton_stops_growing() -> None:
     rng = np.random.default_rng(2)
     shared = SharedWork()

@@ -56,6 +56,7 @@ def test_verdicts_are_those_of_the_definition_while_time_passes(count: int) -> N
     assert told > count // 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [300, pytest.param(6000, marks=pytest.mark.slow)])
 def test_watches_that_come_and_go_say_what_progressors_say(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dyknow.mtl.watching.watch._KEPT_IN_VAIN", 2)
