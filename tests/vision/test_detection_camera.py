@@ -62,12 +62,14 @@ def test_moving_and_standing_cars_are_tracked_from_the_first_second() -> None:
     assert results[-1].centre_m[moving] == pytest.approx([20 + 12 * 3.96, 38.0], abs=0.2)
 
 
+@pytest.mark.long
 def test_diagonal_car_gets_its_heading_and_length_from_its_way() -> None:
     results = watch(Seer(lambda t: [(20 + 7 * t, 32 + 4 * t, 0.519, 5.0, 1.8)]))
     assert results[-1].heading_rad[0] == pytest.approx(0.519, abs=0.05)
     assert results[-1].length_m[0] == pytest.approx(5.0, abs=0.4)
 
 
+@pytest.mark.long
 def test_car_that_never_moved_lies_along_its_lane() -> None:
     standing = Seer(lambda t: [(60.0, 40.0, 0.519, 4.5, 1.8)])
     lane = LaneStrip(np.array([[60.0, 40.0], [60.0, 40.0]]) + np.outer([-20, 20], [np.cos(0.519), np.sin(0.519)]), 3.5)
@@ -75,10 +77,12 @@ def test_car_that_never_moved_lies_along_its_lane() -> None:
     assert watch(standing, lanes=[lane])[-1].heading_rad[0] == pytest.approx(0.519)
 
 
+@pytest.mark.long
 def test_what_is_off_the_road_is_no_vehicle() -> None:
     assert all(objects.ids == () for objects in watch(Seer(lambda t: [(60.0, 60.0, 0.0, 4.5, 1.8)])))
 
 
+@pytest.mark.long
 def test_unsure_detections_need_longer_to_be_believed() -> None:
     def first_shown(score: float) -> int:
         results = watch(Seer(lambda t: [(20 + 12 * t, 38.0, 0.0, 4.5, 1.8)], score=score))
@@ -87,12 +91,14 @@ def test_unsure_detections_need_longer_to_be_believed() -> None:
     assert first_shown(0.3) > 2 * first_shown(0.9)
 
 
+@pytest.mark.long
 def test_lost_view_is_told_and_tracks_end() -> None:
     results = watch(Seer(lambda t: [(20 + 12 * t, 38.0, 0.0, 4.5, 1.8)]), motion=Blinking())
     assert [objects.is_lost for objects in results] == [40 <= k < 60 for k in range(100)]
     assert len(results[99].ids) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [0, 10_000])
 def test_no_box_and_ten_thousand_boxes_are_survived(count: int) -> None:
     rng = np.random.default_rng(3)

@@ -42,6 +42,7 @@ def test_every_frame_gets_its_result_once_and_in_order() -> None:
         assert all(r.ids == () for r in results)
 
 
+@pytest.mark.long
 def test_prepared_frames_give_what_plain_ones_give() -> None:
     plain, prepared = (fixed_camera(top_view(SIZE), [whole_view(SIZE)], SIZE, QUICK) for _ in range(2))
     seen = 0
@@ -62,6 +63,7 @@ def test_results_wait_for_the_startup_only() -> None:
     assert counts == [0] * 20 + [21] + [1] * 9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", [60.0, 145.0])
 def test_boxes_are_not_biased(level: float) -> None:
     # An even kernel, a half-pixel slip in the maps or in the raster each show here as 0.1 px and more.
@@ -82,6 +84,7 @@ def test_boxes_are_not_biased(level: float) -> None:
     assert abs(width) < 0.25
 
 
+@pytest.mark.long
 def test_two_cars_abreast_keep_their_names_places_and_sizes() -> None:
     # 0.9 m of gap is two cells: the blobs merge while one car passes the other.
     def world(t: float) -> list[tuple[float, float, float, float, float]]:
@@ -97,6 +100,7 @@ def test_two_cars_abreast_keep_their_names_places_and_sizes() -> None:
             assert r.length_m[row] == pytest.approx(truth[3], abs=0.6)
 
 
+@pytest.mark.long
 def test_cars_that_enter_as_one_are_two_when_they_part() -> None:
     def world(t: float) -> list[tuple[float, float, float, float, float]]:
         return [(14 * t - 20, LANE_M, 0.0, 4.5, 1.8), (14 * t - 20 + 7 * max(t - 3, 0), LANE_M + 2.1, 0.0, 4.5, 1.8)]
@@ -117,6 +121,7 @@ def test_dropped_frames_do_not_break_a_track() -> None:
     assert results[-1].velocity_mps[0, 0] == pytest.approx(20, abs=0.3)
 
 
+@pytest.mark.long
 def test_ghost_of_a_car_that_drives_off_is_not_shown_for_long() -> None:
     def world(t: float) -> list[tuple[float, float, float, float, float]]:
         return [(40 + max(t - 1.5, 0) ** 2 * 3, LANE_M, 0.0, 4.5, 1.8)]
@@ -130,6 +135,7 @@ def test_ghost_of_a_car_that_drives_off_is_not_shown_for_long() -> None:
     assert still_there == []
 
 
+@pytest.mark.long
 def test_car_that_stops_stays() -> None:
     def world(t: float) -> list[tuple[float, float, float, float, float]]:
         return [(min(15 * t, 45), LANE_M, 0.0, 4.5, 1.8)]
@@ -141,6 +147,7 @@ def test_car_that_stops_stays() -> None:
     assert abs(results[-1].heading_rad[0]) < 0.1
 
 
+@pytest.mark.long
 def test_shadow_is_learned_and_taken_off() -> None:
     shadow_m = np.array([0.6, 1.3])
 
@@ -165,6 +172,7 @@ def test_shadow_is_learned_and_taken_off() -> None:
     assert np.mean(errors) < 0.35
 
 
+@pytest.mark.long
 def test_low_camera_puts_cars_where_their_wheels_are() -> None:
     size, matrix = (640, 360), bridge_view()
     road = np.array([[-6.0, 5.0], [6, 5], [6, 400], [-6, 400]])
@@ -202,6 +210,7 @@ def test_car_that_stands_from_the_first_frame_to_the_last_is_shown_almost_at_onc
     assert abs(results[-1].centre_m[0, 0] - 40.0) < 0.3
 
 
+@pytest.mark.long
 def test_pair_that_may_be_two_vehicles_waits_until_it_has_stood_for_a_while() -> None:
     results = watch(lambda t: [(40.0, 9.0, 0.0, 6.0, 6.0)], frames=60, levels=[60.0])
     shown = [index for index, one in enumerate(results) if one.ids]

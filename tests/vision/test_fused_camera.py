@@ -70,6 +70,7 @@ def seen_at(results: list[VisionObjects], frame: int) -> list[list[float]]:
     return results[frame].centre_m.tolist()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("colour_level", "thermal_level"),
     [(200.0, 190.0), (ROAD_LEVEL, 190.0), (200.0, ROAD_LEVEL)],
@@ -89,6 +90,7 @@ def test_every_frame_gets_its_result_once_and_in_order() -> None:
         assert [r.t_us for r in results] == [40_000 * k for k in range(count)]
 
 
+@pytest.mark.long
 def test_thermal_video_may_end_early_or_be_missing_at_the_start() -> None:
     ended = watch(colour_video(200.0), thermal_video(190.0, 60))
     late = watch(colour_video(200.0), thermal_video(190.0, 120, start=50))
@@ -96,6 +98,7 @@ def test_thermal_video_may_end_early_or_be_missing_at_the_start() -> None:
     assert len(watch(colour_video(200.0), [])[110].ids) == 1
 
 
+@pytest.mark.long
 def test_same_videos_give_the_same_objects() -> None:
     once, again = (watch(colour_video(200.0, 80), thermal_video(190.0, 80)) for _ in range(2))
     assert [seen_at(once, k) for k in range(80)] == [seen_at(again, k) for k in range(80)]
@@ -105,6 +108,7 @@ def standing(t: float) -> tuple[float, float, float, float, float]:
     return (40.0, 7.5, 0.0, 4.5, 1.8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("thermal_level", "first"), [(60.0, 3), (ROAD_LEVEL, 4)], ids=["both see it", "colour alone, so with less weight"]
 )

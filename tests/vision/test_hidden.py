@@ -43,6 +43,7 @@ def drive_under(
     return results
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wide_m", [5.0, 11.0, 30.0], ids=["gantry", "bridge", "trees"])
 def test_truck_keeps_its_name_size_and_speed_under_whatever_hides_it(wide_m: float) -> None:
     results = drive_under([(60.0, 60.0 + wide_m)])
@@ -72,6 +73,7 @@ def test_truck_is_where_it_must_be_while_half_of_it_is_hidden() -> None:
         assert result.centre_m[0, 0] == pytest.approx(15 * k * STEP_US / 1e6 + LENGTH_M / 2, abs=1.0)
 
 
+@pytest.mark.long
 def test_hole_in_the_leaves_is_not_taken_for_the_size_of_what_passes_under_it() -> None:
     results = drive_under([(60.0, 75.0), (77.0, 92.0)])
     assert names(results) == {"v1"}
@@ -79,12 +81,14 @@ def test_hole_in_the_leaves_is_not_taken_for_the_size_of_what_passes_under_it() 
     assert min(result.length_m[0] for result in results[30:]) > LENGTH_M - 0.75
 
 
+@pytest.mark.long
 def test_rear_end_that_stays_behind_in_the_picture_is_not_believed_to_brake_harder_than_tyres_can() -> None:
     results = drive_under([(60.0, 72.0)], trail_m=1.5)
     assert names(results) == {"v1"}
     assert min(result.velocity_mps[0, 0] for result in results[60:120]) > 9
 
 
+@pytest.mark.long
 def test_truck_that_creeps_under_a_bridge_is_not_waited_for() -> None:
     assert len(names(drive_under([(60.0, 75.0)], speed_mps=6.0, frames=500))) == 2
 

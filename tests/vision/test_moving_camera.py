@@ -49,6 +49,7 @@ def watch(motion: CameraMotion[Frame], frames: int, blank: Sequence[int] = ()) -
     return [*results, *vision.finish()]
 
 
+@pytest.mark.long
 def test_cars_are_tracked_in_ground_metres() -> None:
     results = watch(Registration(drift(0), SIZE, RegistrationSettings()), 170)
     assert [r.t_us for r in results] == [40_000 * k for k in range(170)]
@@ -65,6 +66,7 @@ def test_cars_are_tracked_in_ground_metres() -> None:
     assert len({name for r in results for name in r.ids}) <= 3
 
 
+@pytest.mark.long
 def test_standing_scene_gives_no_objects() -> None:
     world = MovingWorld()
     vision = moving_camera(
@@ -81,6 +83,7 @@ def test_every_result_carries_the_map_of_its_frame() -> None:
         assert np.allclose(r.pixel_from_ground, drift(k))
 
 
+@pytest.mark.long
 def test_lost_frames_say_nothing_and_leave_nothing_behind() -> None:
     blank = range(80, 160)
     results = watch(Registration(drift(0), SIZE, RegistrationSettings()), 190, blank)
@@ -92,12 +95,14 @@ def test_lost_frames_say_nothing_and_leave_nothing_behind() -> None:
     assert not before & after  # three seconds are more than a track coasts
 
 
+@pytest.mark.long
 def test_short_loss_keeps_the_tracks() -> None:
     results = watch(GivenMotion(lost=range(100, 105)), 120)
     assert [k for k, r in enumerate(results) if r.is_lost] == list(range(100, 105))
     assert set(results[99].ids) == set(results[106].ids) != set()
 
 
+@pytest.mark.long
 def test_frames_lost_in_the_startup_keep_their_place() -> None:
     lost = [3, 4, 20, 51, 52]
     results = watch(GivenMotion(lost), 60)
@@ -105,6 +110,7 @@ def test_frames_lost_in_the_startup_keep_their_place() -> None:
     assert [k for k, r in enumerate(results) if r.is_lost] == lost
 
 
+@pytest.mark.long
 def test_flood_of_differences_counts_as_lost() -> None:
     # The maps are right, but the picture shows something else: a hand before the lens, say.
     results = watch(GivenMotion(), 110, blank=range(100, 105))

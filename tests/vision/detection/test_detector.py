@@ -38,6 +38,7 @@ def show(
     return [*results, *vision.finish()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("lanes", "width_m", "expected"),
     [(NORTH, 0.9, True), (EAST, 0.9, False), (EAST, 1.8, True)],

@@ -277,6 +277,7 @@ def test_a_long_vehicle_near_a_low_camera_is_found_where_it_stands(ahead_m: floa
     assert found.boxes.centre_m == pytest.approx(truck.centre_m, abs=1.5)
 
 
+@pytest.mark.long
 def test_boxes_that_no_vehicle_explains_do_not_end_a_run() -> None:
     camera, rng, count = slanted(height_m=4.4, pitch_rad=0.09, focal_px=610.0), np.random.default_rng(0), 400
     foot_px, size_px = rng.uniform((0, 200), (640, 359), (count, 2)), np.exp(rng.uniform(1, 6, (count, 2)))
@@ -287,6 +288,7 @@ def test_boxes_that_no_vehicle_explains_do_not_end_a_run() -> None:
     assert np.isfinite(found.noise).all()
 
 
+@pytest.mark.long
 @seeds(range(4), kept=1)
 def test_wild_boxes_give_finite_rows(seeds: range) -> None:
     for seed in seeds:

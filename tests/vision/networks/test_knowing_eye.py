@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tests.vision.support import draw_boxes, make_boxes, make_frame, top_view, whole_view
 from vision.background.settings import BackgroundSettings
@@ -12,6 +13,8 @@ from vision.networks.box_detector import ImageBoxes
 from vision.objects import VisionObjects
 from vision.settings import VisionSettings
 from vision.video.frame import Frame
+
+pytestmark = pytest.mark.long
 
 SIZE, SCALE_M = (300, 60), 0.3
 QUICK = VisionSettings(background=BackgroundSettings(startup_us=1_000_000))

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from tests.vision.networks.test_detection_ground import drawn, slanted, view_of
@@ -71,6 +72,7 @@ class Still:
         return CAMERA[:, [0, 1, 3]]
 
 
+@pytest.mark.long
 def test_a_camera_that_moves_is_looked_through_the_same_way() -> None:
     world = lane((1.8, 20.0, 12.0))
     vision = moving_camera(CAMERA[:, [0, 1, 3]], [ROAD], SIZE_PX, Still(), reach_m=50.0, knows=Lookout(world))
@@ -99,6 +101,7 @@ def test_a_look_that_misses_a_vehicle_says_that_it_is_not_seen_until_the_next_on
     assert {one.ids for one in results[30:]} == {("v1",)}
 
 
+@pytest.mark.long
 def test_weak_boxes_show_where_a_known_vehicle_is_and_tell_of_no_other() -> None:
     world = lane((1.8, 20.0, 10.0))
     results = watched(Lookout(world, weak_us=range(1_500_000, 4_000_000)), 4.0)
@@ -126,6 +129,7 @@ def test_who_drives_out_of_the_view_between_looks_is_not_seen_there() -> None:
     assert len(results[-1].ids) == 0
 
 
+@pytest.mark.long
 def test_vehicles_of_a_queue_keep_their_names() -> None:
     queue = lane(*((1.8, 20.0 + 7.5 * place, 2.0) for place in range(5)))
     results = watched(Lookout(queue), 6.0)

@@ -118,6 +118,7 @@ def test_every_setting_changes_what_is_made_of_boxes() -> None:
     assert unnoticed(NetworkSettings(), in_room("networks", SCENES), small=9, differs=differs) == []
 
 
+@pytest.mark.long
 def test_every_usual_size_changes_what_is_made_of_a_box_of_its_class() -> None:
     usual, vehicle = VisionSettings(), make_boxes([(3.0, 60.0, 0.9, 5.0, 2.0)])
     for word in CLASS_NAMES:

@@ -15,6 +15,8 @@ from vision.networks.onnx.settings import OnnxSettings
 from vision.objects import ByteArray
 from vision.video.frame import Frame
 
+pytestmark = pytest.mark.long
+
 WEIGHTS = ROOT / "vision" / "networks" / "weights"
 LARGEST_BYTES = 5_000_000
 

@@ -1,6 +1,7 @@
 """Registration of a moving camera against key frames: accuracy, drift, loss and recovery."""
 
 import numpy as np
+import pytest
 
 from tests.vision.moving_world import SIZE, MovingWorld, drift, view
 from tests.vision.support import FloatArray, make_frame
@@ -29,6 +30,7 @@ def test_drift_turn_and_zoom_are_followed_to_a_part_of_a_pixel() -> None:
     assert max(errors) < 1.2
 
 
+@pytest.mark.long
 def test_coming_back_leaves_no_drift() -> None:
     world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     away = [view(east_m=float(east)) for east in np.linspace(0, 90, 61)]
@@ -47,6 +49,7 @@ def test_tilt_is_followed_by_the_homography() -> None:
     assert error_px(found, tilted) < 0.8
 
 
+@pytest.mark.long
 def test_a_lorry_does_not_carry_the_map_along() -> None:
     world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     for k in range(60):
@@ -64,6 +67,7 @@ def test_blank_and_foreign_pictures_have_no_map() -> None:
     assert error_px(registration.locate(world.frame(view(), 3), []), view()) < 0.5
 
 
+@pytest.mark.long
 def test_lost_view_is_found_again_elsewhere() -> None:
     world, registration = MovingWorld(), Registration(view(), SIZE, RegistrationSettings())
     for k, east in enumerate(np.linspace(0, 60, 40)):

@@ -28,6 +28,7 @@ def noticed(path: Callable[[float], FloatArray], seconds: int = 6) -> float | No
     return None
 
 
+@pytest.mark.long
 def test_camera_that_stands_or_shakes_is_not_said_to_move() -> None:
     assert noticed(lambda t_s: view()) is None
     shake_m = 1.5 * METRES_PER_PIXEL
@@ -96,6 +97,7 @@ def test_where_vehicles_are_large_a_small_shift_does_not_matter() -> None:
     assert noticed_px(view(zoom=40.0), SIZE, settings) == pytest.approx(0.1 * 1.8 * 40 / METRES_PER_PIXEL, rel=0.05)
 
 
+@pytest.mark.long
 def test_fixed_camera_that_begins_to_move_goes_on_as_one_that_moves() -> None:
     settings = VisionSettings(background=BackgroundSettings(startup_us=1_000_000))
     camera = fixed_camera(view(), [ROAD], SIZE, settings, reach_m=40.0)

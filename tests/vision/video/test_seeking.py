@@ -82,6 +82,7 @@ def is_same(one: Frame, other: Frame) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("luma", "chroma_u", "chroma_v"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CLIPS)
 def test_the_picture_of_a_time_is_that_of_a_whole_pass(tmp_path: Path, name: str) -> None:
     codec, options = CLIPS[name]
@@ -89,6 +90,7 @@ def test_the_picture_of_a_time_is_that_of_a_whole_pass(tmp_path: Path, name: str
     assert check(tmp_path / name) >= COUNT - 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["v.mp4", "v.mkv", "v.ts"])
 def test_steps_may_differ_and_time_may_begin_anywhere(tmp_path: Path, name: str) -> None:
     rng = random.Random(5)

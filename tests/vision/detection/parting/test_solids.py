@@ -121,6 +121,7 @@ def cuts(rows: int, start: int = 0) -> list[list[tuple[int, int]]]:
     return found
 
 
+@pytest.mark.long
 @seeds(range(30), kept=6)
 def test_no_other_cut_is_cheaper(seeds: range) -> None:
     for seed in seeds:
