@@ -86,6 +86,7 @@ def expected_rows(frames: Sequence[tuple[int, Mapping[str, Seen]]], found: Seque
     return rows
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("trusts_ids", [False, True])
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(one, marks=pytest.mark.slow) for one in range(2, 8))])
 def test_former_rows_are_those_that_all_frames_show(seed: int, trusts_ids: bool) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from anchoring.anchorer import Anchorer
 from anchoring.hypotheses.adapter import load_linkage
@@ -112,6 +113,7 @@ def test_a_track_that_leaves_the_other_becomes_a_car_of_its_own() -> None:
     assert cars[-1].ids == ("car1", "car2")
 
 
+@pytest.mark.long
 def test_cars_side_by_side_are_not_joined_wrongly() -> None:
     def scene(t_us: int) -> Mapping[str, Seen]:
         seen = {"colour1": at(t_us), "thermal1": at(t_us, 0.0, 1.25), "colour2": at(t_us, 0.0, 1.25)}

@@ -433,6 +433,7 @@ def outcome(name: str) -> Callable[[AnchoringSettings], Told]:
     return drawn(*NOTICED_IN[name])
 
 
+@pytest.mark.long
 def test_scenes_are_told_as_they_are_with_the_usual_numbers() -> None:
     usual = AnchoringSettings()
     sums = {

@@ -50,6 +50,7 @@ def told(observer: RelationObserver, frames: list[Seen], sizes: Iterator[int]) -
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [*range(3), *(pytest.param(one, marks=pytest.mark.slow) for one in range(3, 6))])
 def test_many_frames_are_told_as_one_by_one(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
@@ -61,6 +62,7 @@ def test_many_frames_are_told_as_one_by_one(seed: int, monkeypatch: pytest.Monke
     assert told(road_observer(), frames, iter(lambda: 60, 0)) == one_by_one
 
 
+@pytest.mark.long
 @for_each("name", sorted(RANK.keys() - {"turn"}))
 def test_slow_changes_are_dated_alike_for_whoever_asks_for_one_relation(name: str) -> None:
     """Long stretches show nothing new here: what comes after them must not lose its time."""

@@ -14,6 +14,7 @@ from qsr.measuring.footprints import Footprints
 from qsr.observer import RelationObserver
 from qsr.relations import RELATIONS
 from qsr.settings import RelationSettings
+from tests.cases import first_kept
 from tests.contracts.tables import table
 from tests.qsr.oracle import Oracle
 from tests.qsr.support import changes_of, footprints, random_traffic
@@ -51,7 +52,13 @@ def known_noise(frame: Footprints) -> Footprints:
     return frame.having(sigma_m=np.full(len(frame.ids), 0.1), has_moved=has_moved)
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(one, marks=pytest.mark.slow) for one in range(4, 12))])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        *first_kept(range(4)),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in range(4, 12)),
+    ],
+)
 def test_observer_equals_the_slow_version_on_random_traffic(seed: int) -> None:
     rng = np.random.default_rng(seed)
     settings = RelationSettings(
@@ -81,7 +88,7 @@ def test_observer_equals_the_slow_version_on_random_traffic(seed: int) -> None:
     assert {"following", "oncoming", "in_lane", "forward", "against_traffic"} <= {name for name, _ in seen}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first_kept(range(3)))
 def test_changes_of_one_instance_form_a_chain_in_time(seed: int) -> None:
     changes = run(list(random_traffic(np.random.default_rng(seed), frames=150, count=20, noise_m=0.8)))
     chains = defaultdict(list)
@@ -107,6 +114,7 @@ def test_converse_relations_change_together() -> None:
             assert RelationChange(converse[change.name], (b, a), *times_and_values) in changes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("closing_mps", "seconds"), [(14.0, 4.0), (1.5, 24.0)], ids=["fast pass", "slow pass"])
 @pytest.mark.parametrize("count", [25, pytest.param(50, marks=pytest.mark.slow)])
 def test_noisy_pass_gives_one_beside_and_no_flicker(closing_mps: float, seconds: float, count: int) -> None:
@@ -122,6 +130,7 @@ def test_noisy_pass_gives_one_beside_and_no_flicker(closing_mps: float, seconds:
     assert np.mean(errors_s) < 0.6 / closing_mps + 0.02
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "closing", ["5 m/s", *(pytest.param(one, marks=pytest.mark.slow) for one in ("14 m/s", "3 m/s", "1.5 m/s"))]
 )
@@ -132,6 +141,7 @@ def test_noisy_passes_flicker_as_often_as_the_page_says(closing: str) -> None:
     assert [clean_passes(closing_mps, 0.6, settings) for settings in (None, raised)] == [int(row[1]), int(row[2])]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("closing_mps", [14.0, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_passes_as_noisy_as_the_shipped_setting_expects_do_not_flicker(closing_mps: float) -> None:
     assert clean_passes(closing_mps, RelationSettings().gap_sigma_m, None) == 50

@@ -72,6 +72,7 @@ def tell(frames: Sequence[Footprints], plans: Mapping[str, Sequence[Away]]) -> t
     return story, broken
 
 
+@pytest.mark.long
 @seeds(range(24), kept=2)
 def test_the_story_in_the_end_is_that_of_cars_that_were_never_mistaken(seeds: range) -> None:
     for seed in seeds:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 import numpy as np
+import pytest
 
 from anchoring.hypotheses.adapter import Progressed, load_linkage
 from anchoring.hypotheses.conditions import Condition, Verdict, compiled
@@ -84,6 +85,7 @@ def disagreement(one: Condition, other: Condition, seed: int) -> int | None:
     return None
 
 
+@pytest.mark.long
 def test_compiled_conditions_say_what_the_progressor_says() -> None:
     seen = set()
     for texts, is_lasting in ((ESTABLISH, False), (MAINTAIN, True)):

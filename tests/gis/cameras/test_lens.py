@@ -94,6 +94,7 @@ def test_fits_through_another_lens_model_read_the_ground() -> None:
     assert min(straight) > 1.5
 
 
+@pytest.mark.long
 def test_a_straight_lens_is_not_bent_by_clicks_that_are_a_pixel_off() -> None:
     bent = []
     for seed in range(40):

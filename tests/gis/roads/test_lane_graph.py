@@ -169,6 +169,7 @@ def meet(network: RoadNetwork, one: tuple[int, float], other: tuple[int, float],
     return min(reached, default=np.inf) - one[1] - other[1]
 
 
+@pytest.mark.long
 @for_each("case", [(name, keep) for name in ("crossing", "roundabout", "urban_grid") for keep in (False, True)])
 def test_who_drives_towards_whom_is_known_from_driving_straight_on(case: tuple[str, bool]) -> None:
     name, keep_lanes = case

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from qsr.changes.crossings import RelationChange, Value
 from qsr.measuring.footprints import Footprints
@@ -59,6 +60,7 @@ def tell(
     return story, broken
 
 
+@pytest.mark.long
 @seeds(range(24), kept=4)
 def test_the_story_in_the_end_is_that_of_cars_that_were_seen_all_the_time(seeds: range) -> None:
     for seed in seeds:
@@ -100,6 +102,7 @@ def test_nobody_nearly_met_unseen() -> None:
     assert told(range(1, 18)) == {False, None, True}  # seen again while it is about to happen
 
 
+@pytest.mark.long
 @seeds(range(24), kept=4)
 def test_a_car_that_is_named_late_goes_on_from_what_was_true_of_it(seeds: range) -> None:
     for seed in seeds:

@@ -27,6 +27,7 @@ def test_noise_is_that_of_many_tries(apart_m: float, closing_mps: float, sigma_m
     assert braking_mps2 == pytest.approx(np.std(closing**2 / (2 * distance_m)), rel=0.15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("closing_mps", "sure"), [(1.5, (0.5, 0.7)), (20.0, (0.95, 1.0))], ids=["slow", "fast"])
 def test_what_closes_no_faster_than_speeds_are_known_is_an_unsure_conflict(
     closing_mps: float, sure: tuple[float, float]

@@ -40,6 +40,7 @@ def test_each_way_over_a_junction_is_that_way_and_no_other(crossing: RoadNetwork
     assert found(crossing, {"a": [*FROM_WEST, *TO[way]]}, WAYS, seed=seed) == [f"{way} car=a {roles}"]
 
 
+@pytest.mark.long
 def test_waiting_at_the_edge_of_a_junction_is_no_turn(crossing: RoadNetwork) -> None:
     waiting: Knots = [(0.0, -60.0, -1.65), (6.0, -12.0, -1.65), (8.0, -10.6, -1.65), (20.0, -10.6, -1.65)]
     for seed in (1, 2, 3):
@@ -63,6 +64,7 @@ def test_cut_in_is_a_lane_change_into_a_short_gap(seed: int | None) -> None:
     assert found(road, changing_lanes(30.0), ["cut_in"], seed=seed) == []
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_tailgating_is_a_short_time_gap_that_lasts(seed: int | None) -> None:
     def behind(gap_m: float) -> dict[str, Knots]:
@@ -99,6 +101,7 @@ OVERTAKER: Knots = [
 OVERTAKEN = at_speed(20.0, 120.0, -1.75, seconds=16.0)
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_wrong_way_is_the_oncoming_lane_for_long_and_not_for_an_overtake(seed: int | None) -> None:
     names = ["wrong_way", "overtake"]
@@ -108,6 +111,7 @@ def test_wrong_way_is_the_oncoming_lane_for_long_and_not_for_an_overtake(seed: i
     assert found(straight_road(), overtake, names, seed=seed) == ["overtake overtaker=a overtaken=b road=road"]
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_reckless_is_an_overtake_that_ends_shortly_before_an_oncoming_car(seed: int | None) -> None:
     road, names = straight_road(), ["reckless_overtake"]
@@ -118,6 +122,7 @@ def test_reckless_is_an_overtake_that_ends_shortly_before_an_oncoming_car(seed: 
     assert found(road, pair | {"c": far}, names, seed=seed) == []
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_reckless_is_an_overtake_in_a_junction_out_of_one_lane(crossing: RoadNetwork, seed: int | None) -> None:
     slow: Knots = [(0.0, -60.0, -1.65), (6.0, -12.0, -1.65), (9.0, 12.0, 0.3), (14.0, 52.0, 3.2)]
@@ -148,6 +153,7 @@ def braking_for(standing_m: float, *, speed_mps: float, braking_mps2: float, sta
     return {"a": [*before, *braking, *after], "b": [(0.0, standing_m, -1.75), (20.0, standing_m, -1.75)]}
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_near_miss_is_braking_at_the_last_moment(seed: int | None) -> None:
     road, names = straight_road(), ["near_miss"]
@@ -183,6 +189,7 @@ def queue_and(jumper: Knots) -> dict[str, Knots]:
     return queue | {"j": jumper}
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_queue_jump_is_passing_waiting_cars_and_getting_in_before_them(seed: int | None) -> None:
     passing = [(0.0, 220.0, -1.75), (4.0, 260.0, -1.75), (6.0, 275.0, 1.75), (10.0, 306.0, 1.75)]
@@ -197,6 +204,7 @@ def test_queue_jump_is_passing_waiting_cars_and_getting_in_before_them(seed: int
     assert found(straight_road(), alone, names, seed=seed) == []
 
 
+@pytest.mark.long
 @with_and_without_noise
 def test_stop_and_go_is_three_stops_and_not_two(seed: int | None) -> None:
     def stops(count: int) -> Knots:

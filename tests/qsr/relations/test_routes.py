@@ -59,6 +59,7 @@ def values(network: RoadNetwork, drives: Drives, name: str, *, with_routes: bool
     return [change.new for change in changes if (change.name, change.args) == (name, ("a", "b"))]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("start", "end"), [("sc_0", "ce_0"), ("sc_1", "cw_1")], ids=["right", "left"])
 def test_who_follows_round_a_corner_stays_behind(start: str, end: str) -> None:
     a, b = (drive(CROSSING, start, end, from_m=from_m, speed_mps=8.0, frames=70) for from_m in (160.0, 175.0))
@@ -122,6 +123,7 @@ def test_who_turns_off_is_not_oncoming_to_who_comes_straight_on() -> None:
     assert True not in values(CROSSING, {"a": a, "b": b}, "oncoming")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(one, marks=pytest.mark.slow) for one in range(2, 6))])
 def test_observer_equals_the_slow_version_where_cars_turn(seed: int) -> None:
     network, rng = (CROSSING, ROUNDABOUT)[seed % 2], np.random.default_rng(seed)
