@@ -12,6 +12,8 @@ from data_gen.truth.motion import tabulate
 from gis.roads.sumo_net import read_sumo_net
 from tests.data_gen.truth_support import centres_in_view
 
+pytestmark = pytest.mark.long
+
 SCENARIO = scenario_named("rural_overtaking")
 
 

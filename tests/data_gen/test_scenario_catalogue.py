@@ -58,6 +58,7 @@ def test_a_network_ships_with_its_sources_and_tells_nothing_of_the_machine(netwo
     assert os.access(network.parent / "build.sh", os.X_OK)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "options"),
     [("rural_overtaking", {"aborted": "1"}), ("lane_change_only", {}), ("urban_grid", {})],

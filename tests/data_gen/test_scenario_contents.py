@@ -10,6 +10,8 @@ from data_gen.simulation.demand import draw_departures
 from data_gen.simulation.states import VehicleStates
 from tests.data_gen.scenario_clips import Clip, clip, lane_changes, lane_sequences, moving, order_flips, tracks
 
+pytestmark = pytest.mark.long
+
 ARMS = ("north", "east", "south", "west")
 
 

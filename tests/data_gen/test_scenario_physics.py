@@ -6,6 +6,7 @@ import shapely
 
 from data_gen.scenarios.catalogue import SCENARIOS
 from gis.roads.sumo_net import read_sumo_net
+from tests.cases import first_kept
 from tests.data_gen.scenario_clips import STEP_S, Clip, clip, moving, touching_pairs, tracks
 
 SECONDS = 20
@@ -18,7 +19,9 @@ WITH_OPTIONS = [
 
 
 @pytest.fixture(
-    scope="module", params=WITH_OPTIONS, ids=lambda case: "-".join((case[0], *(name for name, _ in case[1])))
+    scope="module",
+    params=first_kept(WITH_OPTIONS, kept=len(SCENARIOS)),
+    ids=lambda case: "-".join((case[0], *(name for name, _ in case[1]))),
 )
 def played(request: pytest.FixtureRequest) -> Clip:
     name, options = request.param

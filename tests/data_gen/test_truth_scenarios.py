@@ -11,6 +11,8 @@ from data_gen.truth.event import ROLES, TruthEvent
 from gis.roads.sumo_net import read_sumo_net
 from tests.data_gen.scenario_clips import clip, lane_sequences
 
+pytestmark = pytest.mark.long
+
 NO_OPTIONS: Mapping[str, str] = {}
 
 

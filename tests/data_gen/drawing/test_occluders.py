@@ -101,6 +101,7 @@ def test_a_slanting_camera_sees_the_plate_where_its_height_puts_it() -> None:
     assert behind > 0.9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("camera", ["vertical", "oblique", "uav"])
 def test_the_traffic_passes_under_the_occluder(camera: CameraKind) -> None:
     path = camera_path(camera, VIEW, SIZE_PX, t_us=np.array([0]), rng=np.random.default_rng(2))

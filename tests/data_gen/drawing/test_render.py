@@ -87,6 +87,7 @@ def test_the_truth_lies_on_grey_asphalt() -> None:
     assert np.median(np.abs(chroma[:, rows, columns] - 128)) > 6
 
 
+@pytest.mark.long
 def test_a_vehicle_that_left_leaves_no_trace() -> None:
     passed, empty = renderer(), renderer()
     passed.frame(states_of(("a", 500.0, -1.75, 0.0)))

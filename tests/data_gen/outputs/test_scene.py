@@ -35,6 +35,7 @@ def truth_rows(scene: GeneratedScene) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bytes_and_another_one_others(tmp_path: Path) -> None:
     first, second, other = (
         make(tmp_path / name, seconds=1, seed=seed) for name, seed in (("a", 1), ("b", 1), ("c", 2))
@@ -83,6 +84,7 @@ def test_events_are_written_as_one_json_object_a_line(scene: GeneratedScene) -> 
         assert line["why_not_countable"] is None
 
 
+@pytest.mark.long
 def test_progress_counts_every_frame(tmp_path: Path) -> None:
     calls: list[tuple[int, int]] = []
     generate(
@@ -148,12 +150,14 @@ def frame_times_us(video: Path) -> list[int]:
         return [round(frame.pts * stream.time_base * 1_000_000) for frame in container.decode(stream)]
 
 
+@pytest.mark.long
 def test_a_scene_with_everything_is_the_same_to_the_byte(flight: GeneratedScene, tmp_path: Path) -> None:
     again = drone(tmp_path)
     for name in ("video", "thermal", "site", "camera", "truth", "truth_events"):
         assert getattr(flight, name).read_bytes() == getattr(again, name).read_bytes(), name
 
 
+@pytest.mark.long
 def test_lost_frames_leave_holes_in_the_time_stamps_of_both_videos(flight: GeneratedScene) -> None:
     times_us = frame_times_us(flight.video)
     assert len(times_us) == flight.frame_count < 25
@@ -162,10 +166,12 @@ def test_lost_frames_leave_holes_in_the_time_stamps_of_both_videos(flight: Gener
     assert frame_times_us(flight.thermal) == times_us
 
 
+@pytest.mark.long
 def test_truth_stays_on_all_simulated_times(flight: GeneratedScene) -> None:
     assert {int(row["t_us"]) for row in truth_rows(flight)} == set(range(0, 1_200_000, 40_000))
 
 
+@pytest.mark.long
 def test_a_moving_camera_is_told_by_its_first_frame_and_its_poses(flight: GeneratedScene) -> None:
     site = tomllib.loads(flight.site.read_text(encoding="utf-8"))["camera"]
     assert (site["moving"], site["poses"], site["thermal"]["video"]) == (True, "camera.csv", "thermal.mp4")
@@ -175,6 +181,7 @@ def test_a_moving_camera_is_told_by_its_first_frame_and_its_poses(flight: Genera
     assert told.to_ground(corners_px) == pytest.approx(first.to_ground(corners_px), abs=1e-6)
 
 
+@pytest.mark.long
 def test_without_poses_the_site_file_keeps_silent_about_them(tmp_path: Path) -> None:
     scene = generate(
         "rural_overtaking", seed=1, duration_us=80_000, out_dir=tmp_path, width_px=64, height_px=64, camera="oblique"
@@ -193,6 +200,7 @@ def mast(tmp_path_factory: pytest.TempPathFactory) -> GeneratedScene:
     return generate("rural_overtaking", seed=1, duration_us=1_000_000, out_dir=folder, camera="mast", **size)
 
 
+@pytest.mark.long
 def test_the_truth_of_a_camera_with_a_pose_has_shares_and_boxes(mast: GeneratedScene) -> None:
     rows = truth_rows(mast)
     assert tuple(rows[0]) == (*COLUMNS, *SHOWN_COLUMNS)
@@ -204,6 +212,7 @@ def test_the_truth_of_a_camera_with_a_pose_has_shares_and_boxes(mast: GeneratedS
     assert all(float(row["visible_share"]) >= 0.5 for row in rows if row["visible"] == "1")
 
 
+@pytest.mark.long
 def test_readers_of_the_old_columns_still_read_the_truth(mast: GeneratedScene) -> None:
     assert len(read_truth_rows(mast.truth).vehicles) == sum(row["visible"] == "1" for row in truth_rows(mast))
 

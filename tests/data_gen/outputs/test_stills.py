@@ -9,6 +9,7 @@ from data_gen.outputs.stills import draw_stills
 SIZE_PX = (320, 180)
 
 
+@pytest.mark.long
 def test_stills_come_at_their_times_and_move_on() -> None:
     stills = list(draw_stills("rural_overtaking", seed=3, count=3, every_us=500_000, size_px=SIZE_PX))
     assert [still.states.t_us for still in stills] == [0, 500_000, 1_000_000]
@@ -18,6 +19,7 @@ def test_stills_come_at_their_times_and_move_on() -> None:
     assert (difference > 60).any()
 
 
+@pytest.mark.long
 def test_a_camera_straight_above_shows_no_boxes() -> None:
     still = next(draw_stills("rural_overtaking", seed=3, count=1, camera="vertical", size_px=SIZE_PX))
     assert still.shown is None

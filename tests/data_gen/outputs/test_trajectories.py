@@ -177,6 +177,7 @@ def test_a_scenario_becomes_a_folder_that_can_be_processed_and_evaluated(tmp_pat
     ).read_bytes()
 
 
+@pytest.mark.long
 def test_the_same_arguments_give_the_same_bytes(tmp_path: Path) -> None:
     written = []
     for name in "ab":

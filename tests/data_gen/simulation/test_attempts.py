@@ -94,6 +94,7 @@ def test_nobody_tries_without_room_and_reason(steps: list[FrontStates]) -> None:
     assert not moved(steps).any()
 
 
+@pytest.mark.long
 def test_two_bodies_never_meet_in_the_other_lane() -> None:
     for oncoming_m in np.linspace(100.0, 700.0, 25):
         steps = drive(oncoming_from_m=float(oncoming_m))

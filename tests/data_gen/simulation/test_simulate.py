@@ -85,6 +85,7 @@ def test_everybody_stays_on_the_road(motion: Motion) -> None:
     assert ((motion.road >= 0) == np.isfinite(motion.speed_mps)).all()
 
 
+@pytest.mark.long
 def test_a_longer_clip_begins_with_the_shorter_one(minute: tuple[VehicleStates, ...]) -> None:
     short = run(3, 5)
     for step, same in zip(short, minute, strict=False):
@@ -112,6 +113,7 @@ def test_bad_arguments_are_refused(change: dict[str, int], message: str) -> None
         simulate(SCENARIO, rng=np.random.default_rng(1), **arguments)
 
 
+@pytest.mark.long
 def test_libsumo_is_closed_after_a_failure() -> None:
     broken = dataclasses.replace(SCENARIO, network_file=Path("missing.net.xml"))
     with pytest.raises(DataGenError, match="expected SUMO to run it"):

@@ -69,6 +69,7 @@ def test_two_that_nearly_meet_in_a_junction() -> None:
     assert [set(event.vehicles) for event in events] == [{"a", "b"}]
 
 
+@pytest.mark.long
 @for_each("seed", range(20))
 def test_contact_is_when_two_rectangles_first_touch(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -46,6 +46,7 @@ def test_parcels_cover_the_ground_without_overlap(seed: int) -> None:
     assert all(shapely.intersection(one, other, grid_size=1e-3).area < 0.1 for one, other in pairs)
 
 
+@pytest.mark.long
 def test_slow_roads_run_through_a_town() -> None:
     assert planned(town_road(), 1).is_urban
     assert not planned(straight_road(), 1).is_urban
