@@ -26,6 +26,7 @@ def test_jobs_wait_for_cores_and_store(jobs: Fleet, cores: int, waits_s: list[fl
     assert simulated_waits_s(jobs, cores).tolist() == waits_s
 
 
+@pytest.mark.long
 def test_waits_are_those_of_queueing_theory() -> None:
     """One server, arrivals and times exponential, half busy: the mean wait is the mean time (Erlang 1909)."""
     rng = np.random.default_rng(3)

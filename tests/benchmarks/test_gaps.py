@@ -50,6 +50,7 @@ def test_lanelets_become_lanes_with_their_neighbours_and_what_follows(
     assert graph.gaps_m(places, np.array([[0], [1]])).ravel().tolist() == pytest.approx([150.0, np.inf])
 
 
+@pytest.mark.long
 def test_pass_is_found_although_the_cars_get_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -210,6 +210,7 @@ def test_every_kind_is_of_a_scenario_that_exists_and_its_cases_can_be_read() -> 
     assert all(read_case(text).name == text for kind in KINDS.values() for text in kind.cases)
 
 
+@pytest.mark.long
 def test_strip_lies_across_the_road_and_all_overtakes_of_good_tracks_are_told(tmp_path: Path) -> None:
     scenes = make_scenes("motorway", [1], tmp_path, seconds=12)
     plain, hidden = (

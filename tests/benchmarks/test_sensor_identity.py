@@ -37,6 +37,7 @@ def test_a_vehicle_counts_once_however_many_see_it(
     assert pooled_idf1(TRUE, [named(*rows)]) == pytest.approx(share)
 
 
+@pytest.mark.long
 def test_two_sensors_are_better_than_one_and_wrong_joins_are_counted(tmp_path: Path) -> None:
     place = KINDS["rural"].place
     scenes = make_scenes("rural", [1], tmp_path, seconds=25)

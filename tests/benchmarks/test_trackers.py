@@ -55,6 +55,7 @@ def followed(made: DetectedTraffic, elapsed_s: float = 1.0, *, renamed_from: int
     return Followed(made.true_frame, made.true_car + late, made.true_m, elapsed_s)
 
 
+@pytest.mark.long
 def test_our_tracker_follows_it_and_anchoring_takes_fewer_names() -> None:
     made = traffic()
     alone, anchored = (score([(made, run([(made, {})])[0])]) for run in (run_ours, run_anchored))

@@ -12,6 +12,7 @@ from service.runs.processing import Progress, RunRequest
 from tests.service.tracks import write_tracks
 
 
+@pytest.mark.long
 def test_a_benchmark_ends_with_its_run(tmp_path: Path) -> None:
     def stop(progress: Progress) -> None:
         if progress.frames == 5:

@@ -177,6 +177,7 @@ def test_a_window_bounds_all_and_other_filters_events_alone(url: str) -> None:
     assert "behind" in {one.type for one in turns.relations.values()}
 
 
+@pytest.mark.long
 def test_many_events_are_one_file_and_none_are_too(tmp_path: Path) -> None:
     url = write_log(tmp_path / "a.db", [overtake(number) for number in range(MAX_LIMIT + 1)])
     content = exported(url)

@@ -157,6 +157,7 @@ def test_neither_backup_nor_restore_overwrites(tmp_path: Path, capsys: pytest.Ca
     assert (tmp_path / there).read_text() == "mine"
 
 
+@pytest.mark.long
 def test_a_backup_of_what_is_no_log_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "text.db").write_text("no database at all, whatever its name says" * 30)
     (tmp_path / "empty.db").touch()

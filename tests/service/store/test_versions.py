@@ -105,6 +105,7 @@ def test_a_log_that_cannot_be_written_is_read_from_a_copy(
     assert "cannot be written, so it is read from a copy" in caplog.text
 
 
+@pytest.mark.long
 def test_a_kill_while_a_log_is_carried_over_loses_nothing(tmp_path: Path) -> None:
     url = old_log(tmp_path / "a.db")
     before = rows(tmp_path / "a.db")
@@ -122,6 +123,7 @@ def test_jobs_are_added_to_an_older_log(tmp_path: Path) -> None:
     assert len(read_all(url)) == 2
 
 
+@pytest.mark.long
 def test_what_needs_no_migration_loads_no_alembic(tmp_path: Path) -> None:
     url = write_log(tmp_path / "a.db", [])
     program = (

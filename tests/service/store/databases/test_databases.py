@@ -24,13 +24,16 @@ DAY_US = 86_400_000_000
 
 
 @pytest.fixture(scope="module")
-def both(scene: Path, tracks_log: Path, postgres: NewLog, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+def both(
+    small_scene: Path, tracks_log: Path, postgres: NewLog, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, str]:
     """One run in a file, and the same on the server."""
     file, server = shutil.copy(tracks_log, tmp_path_factory.mktemp("both") / "a.db"), postgres()
-    process(RunRequest(scene / "truth.csv", scene / "site.toml", server))
+    process(RunRequest(small_scene / "truth.csv", small_scene / "site.toml", server))
     return f"sqlite:///{file}", server
 
 
+@pytest.mark.long
 def test_a_run_has_the_same_rows_in_a_file_and_on_a_server(both: tuple[str, str]) -> None:
     file, server = map(kept_rows, both)
     assert file == server
@@ -114,6 +117,7 @@ def test_a_server_that_does_not_answer_is_told_without_its_password() -> None:
         assert "secret" not in str(refused.value)
 
 
+@pytest.mark.long
 def test_a_server_that_was_restarted_is_asked_as_before(postgres: NewLog) -> None:
     url = write_log(postgres(), [overtake()])
     with Client(create_app(url, shipped=[])) as client, open_log(url, "w") as log:

@@ -37,6 +37,7 @@ def test_a_run_that_is_being_written_is_refused_for_the_second(new_log: NewLog) 
         second.begin_run(run()).finish("finished")
 
 
+@pytest.mark.long
 def test_a_run_left_by_a_killed_process_is_repeated_at_once(new_log: NewLog) -> None:
     url = new_log()
     with subprocess.Popen([sys.executable, "-c", WRITE_FOR_EVER, url], stdout=subprocess.PIPE) as process:
