@@ -10,6 +10,8 @@ from service.questions.recognition.stored_recognition import recognise_stored
 from service.runs.processing import RunRequest, process
 from tests.service.runs.graph.test_stream_processes import LIMIT, run_race, write_race, written
 
+pytestmark = pytest.mark.long
+
 LATE = "message limit_violated[?car]\nchronicle late[?car](t1) { event(limit_violated[?car], t1) }\n"
 SHAPES = {
     "event": ("chronicle late[?a, ?b](t1) { event(limit_violated[?a, ?b], t1) }", "C0301", "got 2"),

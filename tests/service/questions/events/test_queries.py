@@ -29,6 +29,7 @@ from service.records.events import EventRecord, EventStatus
 from service.records.times import TimePoint, parse_time
 from service.store.databases.database import driver_rows
 from service.store.log import EventLog, open_log
+from tests.cases import first_kept
 from tests.service.conftest import NewLog
 from tests.service.logs import SECOND_US, START_UTC_US, overtake, random_drafts, read_all, read_rows, run, write_log
 
@@ -150,7 +151,7 @@ def _random_filter(rng: random.Random) -> EventFilter:
     )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", first_kept(range(4)))
 def test_filters_equal_the_slow_obvious_ones(log: EventLog, seed: int) -> None:
     rng = random.Random(seed)
     everything = read_rows(log.place.url)

@@ -19,6 +19,8 @@ from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 
+pytestmark = pytest.mark.long
+
 ATTRIBUTES = re.findall(r"^attribute (\w+)(\[[^\]]*\])", library.relations_text(), re.MULTILINE)
 
 

@@ -107,6 +107,7 @@ def test_hidden_time_ends_with_the_link_that_stands(log: EventLog) -> None:
     assert list(hidden_times(links_of(log, log.run(), "car1"))) == [(2 * S, 6 * S)]
 
 
+@pytest.mark.long
 def test_hidden_time_of_a_log_that_does_not_tell_it_is_between_the_links(tmp_path: Path) -> None:
     older = [LinkRecord(one.t_us, one.kind, one.level, one.lower, one.upper) for one in LINKS if one.lower != "v7"]
     with open_log(write(tmp_path / "b.db", older)) as log:

@@ -86,6 +86,7 @@ def ask(client: Client, query: str) -> AwaitedList:
     return told
 
 
+@pytest.mark.long
 def test_an_overtake_is_awaited_before_it_is_recognised(client: Client, log: str) -> None:
     event = next(one for one in read_all(log) if one.type == "overtake")
     roles = "&".join(f"role.{role}={actor}" for role, actor in event.roles.items())

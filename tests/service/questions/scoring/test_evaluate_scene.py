@@ -47,6 +47,7 @@ def test_another_site_is_told_by_its_name(tmp_path: Path) -> None:
     assert doubt.endswith("expected the truth of the site that the run was given, 'crossing', got that of 'roundabout'")
 
 
+@pytest.mark.long
 def test_cars_where_the_truth_has_nobody_are_told(tmp_path: Path) -> None:
     (doubt,) = scene_doubts(log(tmp_path), truth(tmp_path, y_m=5.0))
     assert "expected a vehicle of the truth within 2 m of most cars that run r1 saw, got one at 0% of them" in doubt
