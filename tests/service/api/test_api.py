@@ -350,6 +350,7 @@ PARAMETER_NAMES = ("type", "from", "to", "match", "actor", "role.overtaker", "st
 AWKWARD_VALUES = ("9999-12-31T23:59:59Z", "0001-01-01T00:00:00+23:59", "999999:59:59", "9" * 18, "' or 1=1 --", "%")
 
 
+@pytest.mark.long
 @settings(max_examples=50, deadline=None)
 @given(
     name=st.sampled_from(PARAMETER_NAMES),

@@ -96,6 +96,7 @@ def bad_request(rng: random.Random) -> tuple[str, str, list[tuple[bytes, bytes]]
     return rng.choice(METHODS), f"{path}?{quoted}", raw_headers, body
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("needs_token", [False, True])
 def test_a_thousand_bad_requests_are_answered_with_problems(tmp_path: Path, *, needs_token: bool) -> None:
     url = write_log(tmp_path / "a.db", [overtake()])
@@ -155,6 +156,7 @@ def test_half_a_head_and_none_at_all_hold_up_nobody(tmp_path: Path) -> None:
         assert httpx.get(f"{address}/api/v1/events").status_code == 200
 
 
+@pytest.mark.long
 def test_fifty_who_do_not_read_their_events_hold_up_nobody(tmp_path: Path) -> None:
     url = write_log(tmp_path / "a.db", [overtake(start_us) for start_us in range(3_000)])
     with serving(create_app(url, shipped=())) as (server, address), ExitStack() as readers:

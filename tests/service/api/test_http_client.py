@@ -13,6 +13,8 @@ from examples.http_client import DyKnow, JobError, ProblemError
 from tests.service.logs import overtake, write_log
 from tests.vision.support import write_video
 
+pytestmark = pytest.mark.long
+
 SERVE = [sys.executable, "-c", "from service.cli.app import main; main()", "serve"]
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(false, true), t1) }"
 
@@ -58,6 +60,7 @@ def test_events_are_streamed_from_a_number_on(server: DyKnow) -> None:
     assert next(server.stream(last_event_id=event["seq"] - 1)) == event
 
 
+@pytest.mark.long
 def test_a_video_is_uploaded_and_what_is_wrong_is_told(server: DyKnow, tmp_path: Path) -> None:
     write_video(tmp_path / "grey.mp4", [np.full((64, 96), 40, np.uint8)] * 5)
     assert server.upload(tmp_path / "grey.mp4") == "grey.mp4"

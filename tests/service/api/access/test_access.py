@@ -126,6 +126,7 @@ def test_a_token_that_is_wrong_revoked_or_over_is_refused(new_client: NewClient,
     assert client.get(EVENTS).status_code == 200
 
 
+@pytest.mark.long
 def test_tokens_that_are_known_stay_good_while_the_log_cannot_be_read(
     new_client: NewClient, url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -82,6 +82,7 @@ def test_rows_come_as_they_are_stored_states_and_all(new_log: NewLog) -> None:
                 assert [one["id"] for one in islice(found, 2)] == ["1", str(seq)]
 
 
+@pytest.mark.long
 @in_a_file
 def test_nothing_is_lost_or_doubled_over_reconnects_while_others_write(new_log: NewLog) -> None:
     url = write_log(new_log(), [overtake()] * 5, record=run("r0"))
@@ -122,6 +123,7 @@ def test_a_client_that_has_seen_no_event_goes_on_from_where_it_began(new_log: Ne
             assert [one["id"] for one in islice(found, 2)] == ["1", "2"]
 
 
+@pytest.mark.long
 def test_a_repeated_run_is_told_anew_with_numbers_of_its_own(new_log: NewLog) -> None:
     url = write_log(new_log(), [overtake()])
     with serving(create_app(url, shipped=())) as (_, address), streamed(address, after=0) as found:

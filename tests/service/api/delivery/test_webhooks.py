@@ -202,6 +202,7 @@ def test_of_several_servers_one_delivers(new_log: NewLog, receiver: Receiver) ->
     assert said == []
 
 
+@pytest.mark.long
 def test_of_several_servers_one_delivers_after_a_restart_of_the_database(postgres: NewLog, receiver: Receiver) -> None:
     log = write_log(postgres(), [overtake(0)])
 

@@ -19,6 +19,8 @@ from tests.service.api.processes.acting import begin, end, stay
 from tests.service.http import Client
 from tests.service.logs import write_log
 
+pytestmark = pytest.mark.long
+
 _NO_QUESTION = AbsenceQuestion(chronicle="nothing", roles={})
 
 

@@ -56,6 +56,7 @@ def test_a_text_is_stored_changed_and_ended(client: Client) -> None:
     assert [(one["version"], one["text"]) for one in versions] == [(1, NEAR), (2, f"{NEAR}\n"), (3, None)]
 
 
+@pytest.mark.long
 def test_what_the_client_has_is_not_sent_again(client: Client) -> None:
     put(client, "near", NEAR, **NEW)
     same = client.get(f"{CHRONICLES}/near", headers={"If-None-Match": '"7", "1"'})
@@ -122,6 +123,7 @@ def test_a_text_is_laid_out(client: Client) -> None:
     assert (refused.status_code, refused.json()["findings"][0]["code"]) == (422, "C0103")
 
 
+@pytest.mark.long
 def test_a_text_is_tried_and_compared(demo: Demo) -> None:
     with open_log(str(demo.log)) as log:
         (text,) = [one.text for one in log.run().texts if one.name == "overtake.chronicle"]

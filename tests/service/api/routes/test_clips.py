@@ -105,6 +105,7 @@ def test_uneven_times_are_kept(tmp_path: Path) -> None:
     assert [one.t_us for one in open_video(out)] == [t_us - wanted[0] for t_us in wanted]
 
 
+@pytest.mark.long
 def test_browsers_play_it_and_seek_in_it(client: Client, folder: Path) -> None:
     frames(client, folder, "video-1", "pad_us=2s")
     content = (folder / "clip.mp4").read_bytes()
@@ -127,6 +128,7 @@ def test_a_part_of_a_clip_is_sent_and_head_tells_its_size(client: Client) -> Non
     assert client.get(PATH.format("video-1"), headers={"Range": "bytes=99999999-"}).status_code == 416
 
 
+@pytest.mark.long
 def test_boxes_have_no_names(client: Client, folder: Path) -> None:
     shown = {}
     for form in ("none", "boxes", "symbols"):
@@ -136,10 +138,12 @@ def test_boxes_have_no_names(client: Client, folder: Path) -> None:
     assert shown == {"none": (False, False), "boxes": (True, False), "symbols": (True, True)}
 
 
+@pytest.mark.long
 def test_a_smaller_clip_is_smaller(client: Client, folder: Path) -> None:
     assert frames(client, folder, "video-1", "width=101")[0].luma.shape == (56, 100)
 
 
+@pytest.mark.long
 def test_only_the_newest_clips_are_kept(served: FastAPI, client: Client) -> None:
     for pad_us in range(MOST_KEPT + 2):
         assert client.get(f"{PATH.format('video-2')}?pad_us={pad_us}&overlay=none").status_code == 200
@@ -167,6 +171,7 @@ def test_what_cannot_be_cut_is_a_problem(client: Client, path: str, status: int,
     assert told in answer.json()["detail"]
 
 
+@pytest.mark.long
 def test_the_command_cuts_what_the_server_cuts(
     client: Client, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

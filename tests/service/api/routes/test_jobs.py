@@ -135,6 +135,7 @@ def test_folders_are_left_out_of_texts(text: str, left: str) -> None:
     assert without_folders(text) == left
 
 
+@pytest.mark.long
 def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url: str, brief: Path) -> None:
     texts = {"a.monitors": "monitor slow per ?car in Car: always speed[?car] < 1 m/s\n"}
     texts["a.kpl"] = resources.files("service.runs.graph").joinpath("trajectories.kpl").read_text()
@@ -154,6 +155,7 @@ def test_a_run_may_have_monitors_and_declarations_of_its_own(client: Client, url
     assert [one["name"] for one in found["monitors"]] == ["slow"]
 
 
+@pytest.mark.long
 def test_a_run_has_the_texts_of_when_it_was_asked_for(client: Client, url: str) -> None:
     with open_log(url) as opened:
         texts = ChronicleTexts(opened)
@@ -230,6 +232,7 @@ def watched(url: str, brief: Path, tmp_path: Path) -> Iterator[Client]:
         yield opened
 
 
+@pytest.mark.long
 def test_a_camera_is_watched_by_its_name_until_it_is_cancelled(
     watched: Client, url: str, brief: Path, tmp_path: Path
 ) -> None:

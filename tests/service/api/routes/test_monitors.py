@@ -23,6 +23,7 @@ def client(url: str) -> Iterator[Client]:
         yield client
 
 
+@pytest.mark.long
 def test_a_trial_is_what_the_command_line_tells(
     client: Client, url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

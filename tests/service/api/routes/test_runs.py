@@ -101,6 +101,7 @@ def test_what_a_growing_run_looked_at_grows(tmp_path: Path) -> None:
         assert (before.spans_us, coverage.of_all()["r1"].spans_us) == (((0, SECOND_US),), ((0, 25 * SECOND_US),))
 
 
+@pytest.mark.long
 def test_of_too_many_runs_nothing_is_told_beside_a_page(tmp_path: Path) -> None:
     for number in range(MAX_RUNS + 1):
         url = write_log(tmp_path / "a.db", [], record=run(f"r{number}"))
