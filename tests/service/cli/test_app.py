@@ -215,6 +215,7 @@ def test_diagnostics_come_as_json_too(tmp_path: Path, capsys: pytest.CaptureFixt
     assert found["range"]["start"] == {"line": 1, "character": 8}
 
 
+@pytest.mark.long
 def test_serve_answers_until_it_is_interrupted(log: str) -> None:
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     command = [*PROGRAM, "serve", log, "--port", "0"]

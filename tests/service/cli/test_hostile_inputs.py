@@ -101,6 +101,7 @@ def test_a_chronicle_file_without_a_chronicle(capsys: pytest.CaptureFixture[str]
     assert "empty.chronicle: expected at least one chronicle, got none" in message
 
 
+@pytest.mark.long
 def test_a_video_with_a_header_and_no_frame_is_broken(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "site.toml").write_text(SITE + CAMERA)
     with av.open(str(tmp_path / "none.avi"), "w") as container:

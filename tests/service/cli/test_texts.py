@@ -138,6 +138,7 @@ def test_a_rate_without_a_cost_is_refused(tmp_path: Path, capsys: pytest.Capture
     assert "expected --cost to go with it" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_program_runs_as_a_module() -> None:
     done = subprocess.run([sys.executable, "-m", "service.cli.app", "--version"], capture_output=True, check=True)
     assert done.stdout

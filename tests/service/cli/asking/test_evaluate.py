@@ -27,6 +27,7 @@ def truth(folder: Path, *lines: str) -> str:
     return str(where)
 
 
+@pytest.mark.long
 def test_a_scene_without_events_that_were_not_recognised_either(
     tmp_path: Path, log: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -65,6 +66,7 @@ def test_a_type_that_nobody_knows_is_refused(tmp_path: Path, log: str, capsys: p
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(true, false), t1) }"
 
 
+@pytest.mark.long
 def test_a_type_that_the_truth_does_not_tell_of_is_not_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -19,6 +19,7 @@ def test_verdicts_are_listed_and_counted(tmp_path: Path, capsys: pytest.CaptureF
     assert shown.err == "limit: 2 violated, 0 satisfied, 1 undecided\napart: 2 violated, 0 satisfied, 4 undecided\n"
 
 
+@pytest.mark.long
 def test_json_is_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     url = run_race(tmp_path, "")
     assert run(["monitor", url, str(written(tmp_path, "b.monitors", LIMIT)), "--json"]) == 0
@@ -51,6 +52,7 @@ def test_a_run_that_is_not_in_the_log_is_refused(tmp_path: Path, capsys: pytest.
     assert "expected a run 'none'" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_several_files_of_monitors_run_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     race, log = write_race(tmp_path / "race.csv"), tmp_path / "log.db"
     paths = [written(tmp_path, "b.monitors", LIMIT), written(tmp_path, "c.monitors", APART)]

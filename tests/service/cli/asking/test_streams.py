@@ -40,6 +40,7 @@ def run_limited(folder: Path) -> Path:
 # ---- of a run
 
 
+@pytest.mark.long
 def test_the_report_of_the_node_is_stored_with_the_run(tmp_path: Path) -> None:
     race, url = write_race(tmp_path / "race.csv"), str(tmp_path / "log.db")
     summary = process(RunRequest(input=race, site=None, log_url=url))
@@ -58,6 +59,7 @@ def test_the_report_of_the_node_is_stored_with_the_run(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.long
 def test_a_repeated_run_stores_the_same_report_again(tmp_path: Path) -> None:
     run_race(tmp_path, "")
     before = stored_rows(tmp_path / "log.db")
@@ -92,6 +94,7 @@ def test_every_process_is_listed_with_what_it_reads(tmp_path: Path, capsys: pyte
     assert "Occurrence(chronicle='pass'" in lines[5]
 
 
+@pytest.mark.long
 def test_what_a_policy_drops_is_listed_by_cause(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = run_limited(tmp_path)
     assert run(["streams", str(log)]) == 0
@@ -104,6 +107,7 @@ def test_what_a_policy_drops_is_listed_by_cause(tmp_path: Path, capsys: pytest.C
     assert count == 120 - 51  # ten frames a second, both ends of the five seconds included
 
 
+@pytest.mark.long
 def test_json_of_a_run_is_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["streams", run_race(tmp_path, ""), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -131,6 +135,7 @@ def test_json_of_a_run_is_one_object(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert all(one["busy_us"] > 0 for one in found["streams"][1:3])
 
 
+@pytest.mark.long
 def test_a_run_that_is_not_in_the_log_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["streams", run_race(tmp_path, ""), "--run", "none"]) == 3
     assert "expected a run 'none'" in capsys.readouterr().err
@@ -142,6 +147,7 @@ def test_a_run_without_a_report_is_refused(tmp_path: Path, capsys: pytest.Captur
     assert "run 'r1': expected a report of its streams, got none" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_repeat_of_a_run_without_a_report_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     url = run_race(tmp_path, "")
     forget_reports(tmp_path / "log.db")
@@ -151,6 +157,7 @@ def test_a_repeat_of_a_run_without_a_report_tells_it(tmp_path: Path, capsys: pyt
     assert run(["streams", url]) == 0
 
 
+@pytest.mark.long
 def test_cost_is_told_of_each_process_with_code_and_left_out_where_the_log_has_none(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -236,6 +243,7 @@ def test_a_text_that_is_missing_is_refused(tmp_path: Path, capsys: pytest.Captur
 # ---- drawn
 
 
+@pytest.mark.long
 def test_a_run_is_drawn_with_what_it_carried(tmp_path: Path) -> None:
     graph = tmp_path / "graph.mmd"
     assert run(["streams", run_race(tmp_path, ""), "--graph", str(graph)]) == 0
@@ -280,6 +288,7 @@ def test_options_that_do_not_go_together_are_refused(
     assert f"Invalid value for {wrong}" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_summary_says_what_is_not_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = shipped_kpl(TRAJECTORIES).text
     for name in ("cars", "verdicts", "occurrences"):
@@ -303,6 +312,7 @@ def test_warnings_of_a_text_are_shown_after_the_run(tmp_path: Path, capsys: pyte
     assert "warning[K0601]: label 'spare' is read by no unit and no stream" in lines
 
 
+@pytest.mark.long
 def test_a_sampled_run_is_that_of_the_sampled_frames(tmp_path: Path) -> None:
     """The race has ten frames a second: every fifth one is what sampling twice a second leaves."""
     race, few, kpl = write_race(tmp_path / "race.csv"), tmp_path / "few.csv", tmp_path / "mine.kpl"

@@ -52,6 +52,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: object, code: int = 
     return capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_installed_network_is_found_by_its_name(
     tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,6 +8,7 @@ import pytest
 from service.cli.app import run
 
 
+@pytest.mark.long
 def test_the_options_reach_the_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "scene"
     arguments = "rural_overtaking --seed 2 --seconds 1 --camera uav --poses --thermal --weather overcast --size 128x72"

@@ -67,6 +67,7 @@ def listed(log: Path) -> list[Job]:
         return jobs.listed()
 
 
+@pytest.mark.long
 def test_each_gets_a_log_and_one_that_cannot_be_read_stops_no_other(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -86,12 +87,13 @@ def test_each_gets_a_log_and_one_that_cannot_be_read_stops_no_other(
     ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_several_in_one_log_are_its_jobs_and_the_same_again_are_the_same_jobs(
-    scene: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    small_scene: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for name, seconds in (("short", 2), ("shorter", 1)):
         (tmp_path / name).mkdir()
-        first_seconds(scene, tmp_path / name, seconds)
+        first_seconds(small_scene, tmp_path / name, seconds)
     log = tmp_path / "a.db"
     given = ["process", str(tmp_path / "*" / "a.csv"), "--log", str(log), "--json", "--jobs", "1"]
     assert run(given) == 0

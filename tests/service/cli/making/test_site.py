@@ -114,6 +114,7 @@ def test_check_draws_and_warns(clip: Path, tmp_path: Path, capsys: pytest.Captur
     assert drawn.shape[0] > 960
 
 
+@pytest.mark.long
 def test_a_still_alone_and_a_check_of_it(clip: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     still, site = tmp_path / "still.png", tmp_path / "site.toml"
     points = metres(tmp_path / "points.csv")
@@ -133,6 +134,7 @@ def test_a_still_alone_and_a_check_of_it(clip: Path, tmp_path: Path, capsys: pyt
     assert "all pixels of the site times 0.5 would fit" in said
 
 
+@pytest.mark.long
 def test_a_site_says_of_which_picture_its_points_are(clip: Path, tmp_path: Path) -> None:
     site, points = tmp_path / "site.toml", metres(tmp_path / "points.csv")
     new = ["site", "new", str(clip), "--points", str(points), "--out", str(site)]
@@ -233,6 +235,7 @@ def test_a_file_that_is_no_table_is_refused(clip: Path, capsys: pytest.CaptureFi
     assert "nowhere.csv: expected a readable CSV file of points, got No such file" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_lens_goes_through_a_run_and_its_boxes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = ["frame,id,left,top,width,height"]
     site, boxes, log = tmp_path / "site.toml", tmp_path / "found.csv", str(tmp_path / "a.db")

@@ -46,6 +46,7 @@ def test_a_whole_machine_and_log_are_in_order(tmp_path: Path, capsys: Capsys) ->
     assert contents(tmp_path) == before
 
 
+@pytest.mark.long
 def test_what_a_killed_writer_left_stays_as_it_is(tmp_path: Path, capsys: Capsys) -> None:
     write_small_log(tmp_path / "a.db")
     left = tmp_path / "left"
@@ -65,6 +66,7 @@ def test_what_a_killed_writer_left_stays_as_it_is(tmp_path: Path, capsys: Capsys
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("version", "state", "told"),
     [("9", "note", "take a backup before it is opened"), ("999", "broken", "expected schema version 2 to")],
@@ -94,6 +96,7 @@ def test_a_log_that_is_not_there_yet_can_be_made_or_not(tmp_path: Path, capsys: 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_log_on_a_server_is_examined_without_its_password(capsys: Capsys, postgres: NewLog) -> None:
     url = postgres()
     assert examined(capsys, url)["log"][0] == "ok"
@@ -106,6 +109,7 @@ def test_a_log_on_a_server_is_examined_without_its_password(capsys: Capsys, post
     assert ("secret" in str(found), found["log"][0]) == (False, "broken")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "code"), [("nfs4", 1), ("fuse.sshfs", 1), ("ext4", 0), ("fuseblk", 0)])
 def test_a_network_file_system_is_no_place_for_a_log(
     tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch, kind: str, code: int
@@ -163,12 +167,14 @@ def test_a_part_that_fails_is_told_in_its_own_words(capsys: Capsys, monkeypatch:
     assert (state, "no encoder here" in found, advice) == ("broken", True, "pip install --force-reinstall av")
 
 
+@pytest.mark.long
 def test_without_sumo_only_scenes_cannot_be_generated(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "libsumo", None)
     state, _, advice = examined(capsys)["sumo"]
     assert (state, "all else works" in advice) == ("note", True)
 
 
+@pytest.mark.long
 def test_little_memory_and_a_full_disk_are_noted(
     tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:
