@@ -16,6 +16,8 @@ from tests.service.runs.inputs.test_detectors import FRAMES, make_site, make_vid
 from vision.errors import VideoBroken
 from vision.video.frames import Frame, VideoSource
 
+pytestmark = pytest.mark.long
+
 
 def process_clip(
     folder: Path, on_progress: Callable[[Progress], None] = lambda _: None, *, kpl: Path | None = None

@@ -109,6 +109,7 @@ def near_miss(path: Path, sigma_m: float) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("sigma_m", "options", "is_told"), [(0.02, [], True), (1.5, [], False), (1.5, ["0"], True)])
 def test_near_miss_of_badly_known_places_is_not_told_and_why_not_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], sigma_m: float, options: list[str], is_told: bool

@@ -12,6 +12,8 @@ from service.records.events import EventRecord
 from tests.service.logs import read_all, read_rows
 from tests.service.tracks import HEADER
 
+pytestmark = pytest.mark.long
+
 PASSES = """
 chronicle passes[?a, ?b](t1, t2) {
   event(behind[?a, ?b]:(true, false), t1) event(ahead[?a, ?b]:(false, true), t2) t2 - t1 in [0s, 30s]

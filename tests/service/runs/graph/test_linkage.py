@@ -61,6 +61,7 @@ def test_cars_faster_than_their_norm_are_refuted_and_others_are_not(tmp_path: Pa
     assert links(log, "refuted") == [(3_200_000, "car2")]
 
 
+@pytest.mark.long
 def test_formulas_of_any_shape_are_progressed(tmp_path: Path) -> None:
     # Of objects that are seen for a second without a break, nothing is believed any longer.
     log = process(tmp_path, changed("always no_jump\n", "always not always[0, 1s] visible\n"))
@@ -68,6 +69,7 @@ def test_formulas_of_any_shape_are_progressed(tmp_path: Path) -> None:
     assert links(process(tmp_path, name="usual.db"), "refuted", level="world") == []
 
 
+@pytest.mark.long
 def test_log_keeps_the_text_and_a_text_is_part_of_what_a_run_is(tmp_path: Path) -> None:
     mine = changed("establish_us", "1s")
     for text in (None, default_text(), mine, mine):

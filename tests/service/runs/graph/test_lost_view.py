@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from anchoring.settings import AnchoringSettings
 from chronicles.events import Occurrence
@@ -72,10 +73,12 @@ def test_a_wrong_speed_in_the_middle_of_a_clip_is_a_near_miss() -> None:
     assert len(near_misses(recognised(frames))) == 1
 
 
+@pytest.mark.long
 def test_the_same_wrong_speed_just_after_a_lost_view_is_none() -> None:
     assert near_misses(recognised(around_a_loss(wrong_for=9))) == []
 
 
+@pytest.mark.long
 def test_what_goes_on_longer_than_the_view_needs_to_settle_is_told() -> None:
     (event,) = near_misses(recognised(around_a_loss(wrong_for=30)))
     assert event.start_us >= LOST.stop * STEP_US + AnchoringSettings().settle_us

@@ -62,6 +62,7 @@ def test_shipped_text_leaves_no_doubt() -> None:
     assert pipeline.deployment.warnings == ()
 
 
+@pytest.mark.long
 def test_a_longer_sample_period_in_the_text_is_seen_in_the_run(tmp_path: Path) -> None:
     every_second = "anchoring(vision_objects with sample every 1s, use most recent, strict order)"
     slow = changed(SHIPPED, "anchoring(vision_objects with strict order)", every_second)
@@ -71,6 +72,7 @@ def test_a_longer_sample_period_in_the_text_is_seen_in_the_run(tmp_path: Path) -
     assert 0 < sampled_states < states / 5
 
 
+@pytest.mark.long
 def test_another_text_makes_another_run(tmp_path: Path) -> None:
     first, _, _ = run(tmp_path, None)
     second, _, _ = run(tmp_path, SHIPPED)
@@ -103,6 +105,7 @@ def test_sampling_that_leaves_gaps_is_refused() -> None:
         deployed(changed(SHIPPED, "qsr(cars with strict order)", gaps))
 
 
+@pytest.mark.long
 def test_sampling_faster_than_frames_come_adds_nothing(tmp_path: Path) -> None:
     fast = "anchoring(vision_objects with sample every 10ms, use most recent, strict order)"
     _, states, _ = run(tmp_path, None)

@@ -91,6 +91,7 @@ def judged(events: Sequence[EventRecord]) -> list[object]:
 # ---- what is seen
 
 
+@pytest.mark.long
 def test_an_event_is_true_in_the_first_state_at_or_after_its_end(tmp_path: Path) -> None:
     """Evaluate two monitors slowly, from the events, frames and cars of the log alone."""
     header, lines = first_rows(seconds=16)
@@ -137,6 +138,7 @@ def test_after_an_overtake_who_stays_fast_is_told_as_a_slow_look_at_the_log_tell
     assert bool(expected) is (most_kmh < 80)
 
 
+@pytest.mark.long
 def test_the_log_tells_the_same_as_the_run_whether_events_are_told_early_or_late(tmp_path: Path) -> None:
     monitors = ASKING + LIMIT.replace("15 m/s", "10 m/s")
     urls: list[str] = []
@@ -153,6 +155,7 @@ def test_the_log_tells_the_same_as_the_run_whether_events_are_told_early_or_late
     assert {one.monitor for one in found.report if one.violated} == {"crosses_none", "calms", "limit"}
 
 
+@pytest.mark.long
 def test_an_event_that_is_told_long_after_it_was_is_true_when_it_was(tmp_path: Path) -> None:
     """One car passes another from 5 s to 9 s, while nobody sees the first."""
     request = RunRequest(
@@ -222,6 +225,7 @@ def test_a_state_waits_as_long_as_its_chronicles_look_on() -> None:
         assert complete == ([] if t_us < 180 else [(t_us - 80, t_us == 180)])
 
 
+@pytest.mark.long
 def test_windows_count_from_the_end_of_the_event(tmp_path: Path) -> None:
     url = run_race(tmp_path, CALMS + LIMIT, PASSED)
     [passed, _] = read_all(url, EventFilter(types=("passed",)))
@@ -240,6 +244,7 @@ def test_a_feature_goes_before_an_event_of_its_name(tmp_path: Path) -> None:
 # ---- which chronicles there are
 
 
+@pytest.mark.long
 def test_a_chronicle_of_the_library_comes_with_the_monitors_that_look_at_it(tmp_path: Path) -> None:
     for name in ("with", "without"):
         (tmp_path / name).mkdir()
@@ -299,6 +304,7 @@ def test_what_would_run_in_a_circle_is_refused(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "message"),
     [

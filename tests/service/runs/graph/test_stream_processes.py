@@ -139,6 +139,7 @@ def test_a_violation_is_an_event_of_the_log(tmp_path: Path) -> None:
     assert second.place.x_m == pytest.approx(68.0, abs=0.5)
 
 
+@pytest.mark.long
 def test_the_run_keeps_the_texts_of_its_monitors_and_is_another_one_without(tmp_path: Path) -> None:
     with open_log(run_race(tmp_path, LIMIT)) as log:
         monitored = log.run()
@@ -148,6 +149,7 @@ def test_the_run_keeps_the_texts_of_its_monitors_and_is_another_one_without(tmp_
     assert len(ids) == 2
 
 
+@pytest.mark.long
 def test_deadlines_count_from_the_state_where_the_relation_began(tmp_path: Path) -> None:
     events = read_all(run_race(tmp_path, APART), EventFilter(types=("apart_violated",)))
     # The tail of slow was reached between the frames at 2.5 s and 2.6 s.
@@ -157,6 +159,7 @@ def test_deadlines_count_from_the_state_where_the_relation_began(tmp_path: Path)
     ]
 
 
+@pytest.mark.long
 def test_a_chronicle_looks_at_violations_in_the_same_run(tmp_path: Path) -> None:
     chronicle = """
         message limit_violated[?car] { ?car in Car }
@@ -173,6 +176,7 @@ def test_a_chronicle_looks_at_violations_in_the_same_run(tmp_path: Path) -> None
     assert found.sub_events[1].t_us == 7 * SECOND_US
 
 
+@pytest.mark.long
 def test_changes_outside_a_declared_domain_are_counted_in_the_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -208,6 +212,7 @@ def test_a_chronicle_that_gives_the_event_of_a_monitor_is_refused(tmp_path: Path
         run_race(tmp_path, LIMIT, chronicle)
 
 
+@pytest.mark.long
 def test_what_rests_on_a_verdict_can_be_explained_and_found_again(tmp_path: Path) -> None:
     chronicle = "message limit_violated[?car] chronicle late[?car](t1) { event(limit_violated[?car], t1) }"
     url = run_race(tmp_path, LIMIT, chronicle)
@@ -235,6 +240,7 @@ def test_verdicts_on_the_last_states_still_reach_chronicles(tmp_path: Path) -> N
         assert violated.start_us + RelationSettings().backdate_us > log.last_us(log.run().id)
 
 
+@pytest.mark.long
 def test_monitors_tell_the_same_of_the_log_as_they_told_in_the_run(tmp_path: Path) -> None:
     text = LIMIT + APART + "monitor near per ?a in Car, ?b in Car: eventually close[?a, ?b]\n"
     url = run_race(tmp_path, text)
@@ -250,6 +256,7 @@ def test_monitors_tell_the_same_of_the_log_as_they_told_in_the_run(tmp_path: Pat
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("late_us", [0, 300_000, 2_000_000, 5_000_000])
 def test_what_is_asked_of_a_run_goes_by_its_own_lateness(tmp_path: Path, late_us: int) -> None:
     site = written(tmp_path, "site.toml", f"name = 'race'\n[relations]\nbackdate_us = {late_us}\n")
@@ -282,6 +289,7 @@ chronicle near[?a, ?b](t1, t2) {
             assert found_again == sum((each.type, each.roles) == (one.type, one.roles) for each in told_live)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("again", [[], [200], [200, 201], [200, 210], [200, 240], [200, 240, 280]])
 def test_after_a_gap_the_log_tells_the_same_as_the_run(tmp_path: Path, again: list[int]) -> None:
     """Deadlines pass while no frame comes; the run is told the time of its last frame before the end."""
@@ -300,6 +308,7 @@ def test_after_a_gap_the_log_tells_the_same_as_the_run(tmp_path: Path, again: li
         assert bool(live) is (window != "30s" and bool(again)), window
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("jump_at", "expected"), [(14, []), (60, [("car1", "car2"), ("car2", "car1")])])
 def test_nobody_violates_anything_by_a_link_that_is_refuted(
     tmp_path: Path, jump_at: int, expected: list[tuple[str, str]]
@@ -322,6 +331,7 @@ def write_jump(path: Path, jump_at: int) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_relation_that_was_not_watched_is_computed(tmp_path: Path) -> None:
     for name in ("asked", "watched"):
         (tmp_path / name).mkdir()
@@ -333,6 +343,7 @@ def test_a_relation_that_was_not_watched_is_computed(tmp_path: Path) -> None:
     assert found
 
 
+@pytest.mark.long
 def test_roads_are_refused_where_there_are_none(tmp_path: Path) -> None:
     text = "monitor on per ?car in Car: always on_road[?car]\n"
     with pytest.raises(InputError, match=r"race.csv: expected roads, which the monitors need for on_road, got none"):

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from service.runs.processing import RunRequest, process
 from service.store.log import open_log
@@ -23,6 +24,7 @@ homography = [[0.5, 0.0, 0.0], [0.0, -0.5, 24.0], [0.0, 0.0, 1.0]]
 """
 
 
+@pytest.mark.long
 def test_run_on_a_video_with_a_damaged_frame_finishes_and_says_so(tmp_path: Path) -> None:
     video, site = tmp_path / "v.mp4", tmp_path / "site.toml"
     rng = np.random.default_rng(5)

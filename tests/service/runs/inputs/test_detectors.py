@@ -102,6 +102,7 @@ def last_states(log: Path) -> tuple[RunRecord, list[tuple[float, float]]]:
     return record, [(state.x_m, state.y_m) for state in states if state.t_us == end_us]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("layout", get_args(Layout))
 def test_network_of_each_layout_runs_from_the_command_line_and_the_log_says_so(tmp_path: Path, layout: str) -> None:
     video, site, log = make_video(tmp_path / "video.mp4"), make_site(tmp_path), tmp_path / "log.db"
@@ -122,6 +123,7 @@ def test_provider_that_is_passed_over_is_warned_of(tmp_path: Path, monkeypatch: 
     assert opened.detector == f"onnx:net.onnx ({version}, cpu)"
 
 
+@pytest.mark.long
 def test_mot_file_is_joined_to_a_video_that_shows_nothing(tmp_path: Path) -> None:
     video = make_video(tmp_path / "video.mp4", level=70.0)
     site, log, found = make_site(tmp_path), tmp_path / "log.db", make_mot(tmp_path)
@@ -131,6 +133,7 @@ def test_mot_file_is_joined_to_a_video_that_shows_nothing(tmp_path: Path) -> Non
     assert record.detector == "file:found.txt"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["mot", "metres"])
 def test_file_of_detections_stands_alone(tmp_path: Path, kind: str) -> None:
     site = make_site(tmp_path, "[detector]\nfile_rate_hz = 25\nsize_px = [256, 64]\n" if kind == "mot" else "")
@@ -195,6 +198,7 @@ def test_channels_of_a_site_with_a_thermal_video(tmp_path: Path, wanted: str, pa
     assert source.detector == (wanted or "motion")
 
 
+@pytest.mark.long
 def test_car_that_only_the_thermal_camera_sees_is_in_the_log(tmp_path: Path) -> None:
     video = make_video(tmp_path / "video.mp4", level=70.0)
     make_video(tmp_path / "thermal.mp4")

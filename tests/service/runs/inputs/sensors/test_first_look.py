@@ -38,6 +38,7 @@ def clips(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("clip", "moves"), [("stands", False), ("drifts", True)])
 def test_motion_is_noticed_before_the_start_up_ends(clips: Path, clip: str, moves: bool) -> None:
     look = first_look(open_video(clips / f"{clip}.mp4"), VisionSettings(), span_us=6_000_000, least_px=3.0)
@@ -59,6 +60,7 @@ def test_camera_of_which_nothing_is_said_is_followed(clips: Path, site: str, fol
     assert [("taken for that at 0 s" in warning) for warning in opened.warnings] == [True] * follows
 
 
+@pytest.mark.long
 def test_a_camera_measured_in_a_later_picture_is_taken_back_to_the_first_one(clips: Path, tmp_path: Path) -> None:
     (later := tmp_path / "later.toml").write_text(
         f'name = "here"\n[camera]\nmeasured_at_s = 3.0\nhomography = {np.linalg.inv(view(east_m=4.0)).tolist()}\n'

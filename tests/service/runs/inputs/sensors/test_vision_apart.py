@@ -18,6 +18,8 @@ from tests.service.runs.inputs.sensors.failing import Failing
 from tests.service.runs.inputs.test_detectors import SITE, make_mot, make_network, make_video
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def video(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -62,6 +62,7 @@ def seen(path: Path, site: Path, detector: str | None) -> int:
     return sum(len(found.ids) for found in (*results, *feed.vision.finish()))
 
 
+@pytest.mark.long
 def test_numbers_of_the_site_reach_the_vision_of_every_kind_of_input(tmp_path: Path) -> None:
     video, thermal = make_video(tmp_path / "video.mp4"), make_video(tmp_path / "thermal.mp4")
     textured = make_textured_video(tmp_path / "textured.mp4")
@@ -85,6 +86,7 @@ def test_numbers_of_the_site_reach_the_vision_of_every_kind_of_input(tmp_path: P
     assert seen(textured, make_site(tmp_path, moving + NO_VIEW), None) == 0
 
 
+@pytest.mark.long
 def test_numbers_of_rooms_change_the_run_and_its_identifier(tmp_path: Path) -> None:
     video, told = make_video(tmp_path / "video.mp4", level=95.0), []
     for number, table in enumerate(("", "[vision.background]\nleast_difference_levels = 35\n")):
