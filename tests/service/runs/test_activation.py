@@ -19,6 +19,8 @@ from tests.service.logs import read_all, read_rows
 from tests.service.runs.graph.test_hidden_passes import PASSES, rows
 from tests.service.tracks import HEADER
 
+pytestmark = pytest.mark.long
+
 BESIDE = "chronicle beside_it[?a, ?b](t1, t2) { event(beside[?a, ?b]:(false, true), t1) t2 = t1 }"
 # What is near, which the first texts do not look at; and what rests on another chronicle.
 NEAR = "chronicle near[?a, ?b](t1) { event(close[?a, ?b]:(?, true), t1) }"

@@ -16,6 +16,8 @@ from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
 from service.store.upkeep import damage
 from tests.service.logs import kept_rows
 
+pytestmark = pytest.mark.long
+
 TOO_SMALL, LARGE_ENOUGH = "368k", "16m"
 
 

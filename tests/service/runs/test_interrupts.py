@@ -88,6 +88,7 @@ def test_an_interrupt_while_the_run_is_closed_does_not_stop_that(
         assert opened.run().status == "finished"
 
 
+@pytest.mark.long
 def test_a_repeat_that_is_killed_leaves_the_run_as_it_was(tmp_path: Path) -> None:
     race, log = write_race(tmp_path / "race.csv"), tmp_path / "a.db"
     process(RunRequest(race, None, str(log)))
@@ -114,6 +115,7 @@ def test_a_run_that_was_killed_stays_readable_until_its_repeat_is_finished(tmp_p
         assert opened.run().status == "finished"
 
 
+@pytest.mark.long
 def test_a_finished_run_is_not_processed_again_unless_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["process", str(write_race(tmp_path / "race.csv")), "--log", str(tmp_path / "a.db")]
     assert run(arguments) == 0
@@ -154,6 +156,7 @@ def test_each_signal_ends_a_run_with_its_code(
     assert record.reason.endswith("got an interrupt" if name == "SIGINT" else f"got {name}")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "code"),
     [
@@ -173,6 +176,7 @@ def test_a_signal_ends_a_program_in_the_ordinary_way(tmp_path: Path, name: str, 
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "race.csv"]
 
 
+@pytest.mark.long
 def test_a_demo_that_is_stopped_scores_nothing(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -188,6 +192,7 @@ def test_a_demo_that_is_stopped_scores_nothing(
     assert "3. " not in told.out
 
 
+@pytest.mark.long
 def test_a_stopped_repeat_says_that_the_run_stays(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -234,6 +239,7 @@ def test_off_the_main_thread_nothing_is_changed() -> None:
     assert seen == [signal.getsignal(signal.SIGINT)]
 
 
+@pytest.mark.long
 def test_a_reader_that_has_enough_is_no_failure(tmp_path: Path) -> None:
     url = write_log(tmp_path / "a.db", [overtake(second * SECOND_US) for second in range(2000)])
     for output in ("jsonl", "table"):

@@ -19,6 +19,8 @@ from service.texts.chronicle_files import load_chronicle_files
 from service.texts.monitor_files import load_monitor_files
 from tests.service.logs import SECOND_US, run
 
+pytestmark = pytest.mark.long
+
 STEP_US = 200_000
 LIVES, CARS_AT_A_TIME = 10, 10  # frames, and new cars in each life
 BUSY, QUIET = 120, 200  # frames with new cars, and frames in which what is known of them may be forgotten

@@ -23,6 +23,7 @@ def processed(video: Path, folder: Path, *options: str, rate: str = "") -> Path:
     return log
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("site_rate", "options", "every"),
     [
@@ -46,6 +47,7 @@ def test_every_nth_frame_is_looked_at_and_keeps_its_number(
     assert covered_us == (0, frames[-1][1])
 
 
+@pytest.mark.long
 def test_rates_are_other_runs_and_the_log_tells_them(video: Path, tmp_path: Path) -> None:
     log = processed(video, tmp_path)
     for rate in ("12.5", "full"):
@@ -54,6 +56,7 @@ def test_rates_are_other_runs_and_the_log_tells_them(video: Path, tmp_path: Path
         assert [dict(record.settings).get("rate_hz") for record in opened.runs()] == [None, "12.5", "inf"]
 
 
+@pytest.mark.long
 def test_more_than_the_video_has_is_told(video: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     processed(video, tmp_path, "--rate", "30")
     expected = "warning: video.mp4: 30 frames a second were asked for, and the video has 25: all are looked at\n"
@@ -86,6 +89,7 @@ def test_boxes_of_an_export_have_the_numbers_of_the_videos_frames(
     assert (numbers % 2 == 1).all()
 
 
+@pytest.mark.long
 def test_cars_are_drawn_where_they_are_between_two_looks(video: Path, tmp_path: Path) -> None:
     with open_log(str(processed(video, tmp_path))) as log:
         states = list(log.states(log.run().id))

@@ -79,6 +79,7 @@ def test_the_same_bytes_give_the_same_run_whichever_way_they_come(tmp_path: Path
         assert one.run().id == other.run().id
 
 
+@pytest.mark.long
 def test_dating_names_back_adds_rows_of_cars_with_which_their_relations_begin(tmp_path: Path) -> None:
     folder = Path(__file__).parents[2] / "golden" / "junction_tracks"
     site = (folder / "site.toml").read_text().replace('"network', f'"{folder}/network')

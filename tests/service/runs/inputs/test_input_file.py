@@ -110,6 +110,7 @@ def test_a_start_that_is_no_time_is_refused(tmp_path: Path, capsys: pytest.Captu
     assert f"got '{text}'" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_late_first_time_stamp_moves_no_overlay(tmp_path: Path) -> None:
     camera = CameraRecord(CAMERA.pixel_from_ground, CAMERA.width_px, CAMERA.height_px)
     url = str(tmp_path / "log.db")

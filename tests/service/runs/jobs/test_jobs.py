@@ -153,6 +153,7 @@ def test_a_folder_of_recordings_is_that_of_one_live_source(new_log: NewLog, tmp_
         assert jobs.retry(first).state == "waiting"
 
 
+@pytest.mark.long
 def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: NewLog, brief: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
@@ -173,6 +174,7 @@ def test_a_job_whose_worker_was_killed_is_taken_again_but_not_for_ever(new_log: 
         last.end("finished", "")
 
 
+@pytest.mark.long
 @in_a_file
 def test_a_worker_that_is_killed_leaves_nothing_half_and_nothing_twice(new_log: NewLog, tracks: Path) -> None:
     url = new_log()
@@ -234,15 +236,16 @@ def test_what_cannot_be_processed_fails_and_the_next_is_processed(new_log: NewLo
         assert "broken.csv" in jobs.find(bad).message
 
 
+@pytest.mark.long
 @in_a_file
-def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Path, brief: Path) -> None:
+def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, small_scene: Path, brief: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
         waiting = add(jobs, brief)
         assert jobs.cancel(waiting).state == "cancelled"
         with pytest.raises(QueryError, match="expected one that waits or runs, got one that is cancelled"):
             jobs.cancel(waiting)
-        running = add(jobs, scene / "truth.csv")
+        running = add(jobs, small_scene / "truth.csv")
         worker = threading.Thread(target=work, args=(url,), kwargs={"stays": False, "tell": lambda _: None})
         worker.start()
         until(lambda: jobs.find(running).state == "running")
@@ -257,6 +260,7 @@ def test_a_job_is_cancelled_before_and_while_it_runs(new_log: NewLog, scene: Pat
             jobs.cancel("none")
 
 
+@pytest.mark.long
 @in_a_file
 def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLog, brief: Path) -> None:
     url, whole = new_log(), new_log()
@@ -275,11 +279,12 @@ def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLo
         assert jobs.find(first).state == "finished"
 
 
+@pytest.mark.long
 @in_a_file
-def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
+def test_a_signal_gives_the_job_back(new_log: NewLog, small_scene: Path) -> None:
     url = new_log()
     with opened(url) as jobs:
-        name = add(jobs, scene / "truth.csv")
+        name = add(jobs, small_scene / "truth.csv")
         worker = subprocess.Popen([*WORK, url], stderr=subprocess.PIPE)
         until(lambda: " s of input" in jobs.find(name).message)
         worker.send_signal(signal.SIGTERM)
@@ -288,6 +293,7 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, scene: Path) -> None:
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
 
 
+@pytest.mark.long
 @in_a_file
 def test_a_signal_before_the_run_has_begun_gives_the_job_back(
     new_log: NewLog, brief: Path, monkeypatch: pytest.MonkeyPatch

@@ -63,6 +63,7 @@ def is_gone(process_id: int) -> bool:
     return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_is_replaced_and_goes_with_its_server(tmp_path: Path) -> None:
     with serving(write_log(tmp_path / "a.db", [])) as server:
         first = next_worker(server)

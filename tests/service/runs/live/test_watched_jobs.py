@@ -86,6 +86,7 @@ def test_a_camera_outlives_its_worker_and_its_server_and_ends_when_it_is_cancell
     assert sorted(events(log)) == sorted(events(reprocessed(tmp_path, scene))) != []
 
 
+@pytest.mark.long
 def test_what_does_not_answer_waits_and_is_watched_once_it_does(sent: bytes, scene: Path, tmp_path: Path) -> None:
     pipe, log, told = tmp_path / "pipe.ts", str(tmp_path / "live.db"), list[str]()
     os.mkfifo(pipe)
@@ -143,6 +144,7 @@ def test_a_pipe_that_nothing_comes_through_can_be_cancelled(tmp_path: Path, has_
     assert [line.partition(": ")[0].split()[-1] for line in told] == [only_job(log).id, "cancelled"]
 
 
+@pytest.mark.long
 def test_a_pipe_that_falls_silent_can_be_cancelled(sent: bytes, scene: Path, tmp_path: Path) -> None:
     pipe, log = tmp_path / "pipe.ts", str(tmp_path / "live.db")
     os.mkfifo(pipe)

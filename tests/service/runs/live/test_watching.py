@@ -137,6 +137,7 @@ def reprocessed(folder: Path, scene: Path) -> Path:
     return log
 
 
+@pytest.mark.long
 def test_a_camera_that_is_cut_is_called_again_and_what_came_can_be_processed_again(
     sent: bytes, scene: Path, tmp_path: Path
 ) -> None:
@@ -188,6 +189,7 @@ def test_what_a_killed_program_left_is_processed_beside_the_camera(sent: bytes, 
     assert sorted(events(tmp_path / "live.db")) == sorted(events(reprocessed(tmp_path, scene))) != []
 
 
+@pytest.mark.long
 def test_a_pipe_that_is_over_is_the_end(sent: bytes, scene: Path, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.ts")
     writer = threading.Thread(target=lambda: (tmp_path / "pipe.ts").write_bytes(sent))
@@ -293,6 +295,7 @@ def test_what_does_not_answer_is_told_in_a_line(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("data", "came"), [(b"", "got nothing"), (b"no video", "got Invalid data found")])
 def test_a_pipe_without_video_is_told_in_a_line(data: bytes, came: str, tmp_path: Path) -> None:
     watch = [*WATCH, "-", "--log", str(tmp_path / "live.db"), "--recordings", str(tmp_path / "recordings")]

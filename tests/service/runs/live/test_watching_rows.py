@@ -53,12 +53,13 @@ def recording(folder: Path, *rows: str) -> Path:
     return folder / "a"
 
 
-def test_rows_give_while_they_come_what_their_file_gives(scene: Path, tracks_log: Path, tmp_path: Path) -> None:
-    header, *rows = (scene / "truth.csv").read_text().splitlines(keepends=True)
+@pytest.mark.long
+def test_rows_give_while_they_come_what_their_file_gives(small_scene: Path, tracks_log: Path, tmp_path: Path) -> None:
+    header, *rows = (small_scene / "truth.csv").read_text().splitlines(keepends=True)
     rng = random.Random(1)
     shuffled = sorted(rows, key=lambda row: int(row.split(",")[0]) + rng.uniform(0, 0.9 * WAIT_US))
     most = len(shuffled) * 3 // 4  # whole spans of ten seconds are written as they end
-    with watching(tmp_path, "--site", scene / "site.toml") as program:
+    with watching(tmp_path, "--site", small_scene / "site.toml") as program:
         send(program, [header, *shuffled[:most]])
         until(lambda: bool(told_so_far(tmp_path / "live.db")), program)  # while the pipe is open
         send(program, shuffled[most:])
@@ -70,7 +71,7 @@ def test_rows_give_while_they_come_what_their_file_gives(scene: Path, tracks_log
     assert [live[kind] for kind in ("states", "objects", "frames", "cars")] == [
         once[kind] for kind in ("states", "objects", "frames", "cars")
     ]
-    assert kept_rows(tmp_path / "live.db") == kept_rows(reprocessed(tmp_path, scene))
+    assert kept_rows(tmp_path / "live.db") == kept_rows(reprocessed(tmp_path, small_scene))
     with open_log(str(tmp_path / "live.db")) as log:
         assert (log.run().status, log.run().input_kind) == ("finished", "trajectory")
 
@@ -145,6 +146,7 @@ def as_object(row: str) -> str:
     return json.dumps(dict(zip(HEADER.split(","), row.strip().split(","), strict=True))) + "\n"
 
 
+@pytest.mark.long
 def test_objects_of_json_are_recorded_and_read_as_rows_are(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     rows = [f"{number * MS},a,{number / 100},{SHAPE}" for number in range(6_000)]
     begun = received(tmp_path, "".join([*map(as_object, rows)])[:-1])
