@@ -92,9 +92,8 @@ def test_chronicle_with_an_error(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert "did you mean 'beside'?" in message
 
 
-@pytest.mark.long
 def test_unknown_log_url(capsys: pytest.CaptureFixture[str], small_scene: Path) -> None:
-    code = process(small_scene / "video.mp4", "--site", small_scene / "site.toml", "--log", "mongodb://host/db")
+    code = process(small_scene / "truth.csv", "--site", small_scene / "site.toml", "--log", "mongodb://host/db")
     assert code == 3
     assert "got scheme 'mongodb'" in capsys.readouterr().err
 
