@@ -11,7 +11,7 @@ from service.errors import LogError
 from service.store.databases.location import database_of
 from service.store.log import open_log
 from service.store.upkeep import damage, holdings, prune
-from tests.service.logs import START_UTC_US, kept_rows, overtake, run, state, write_small_log
+from tests.service.logs import SECOND_US, START_UTC_US, kept_rows, overtake, run, state, write_log, write_small_log
 
 MINUTE_US = 60_000_000
 
@@ -90,6 +90,14 @@ def test_what_is_old_goes_and_nothing_else(tmp_path: Path) -> None:
     connection.close()
     with open_log(url) as log:
         assert list(damage(log)) == []
+
+
+def test_what_ends_as_the_kept_time_begins_is_kept(tmp_path: Path) -> None:
+    with open_log(write_log(tmp_path / "a.db", [overtake(0, SECOND_US)], record=run(start_from="site")), "w") as log:
+        start_us = log.run().start_utc_us
+        assert start_us is not None
+        assert [one.rows for one in prune(log, {"events": MINUTE_US}, start_us + MINUTE_US + SECOND_US)] == [0]
+        assert [one.rows for one in prune(log, {"events": MINUTE_US}, start_us + MINUTE_US + SECOND_US + 1)] == [1]
 
 
 def test_a_run_of_which_nobody_knows_when_it_was_stays_whole(
