@@ -10,8 +10,6 @@ from data_gen.simulation.demand import draw_departures
 from data_gen.simulation.states import VehicleStates
 from tests.data_gen.scenario_clips import Clip, clip, lane_changes, lane_sequences, moving, order_flips, tracks
 
-pytestmark = pytest.mark.long
-
 ARMS = ("north", "east", "south", "west")
 
 
@@ -45,16 +43,19 @@ def attempts_given_up(played: Clip) -> int:
     return count
 
 
+@pytest.mark.long
 def test_blocked_drivers_follow_and_do_not_overtake() -> None:
     played = clip("rural_overtaking", {"blocked": "1"}, seconds=60)
     assert order_flips(played) == []
     assert np.mean([sum(gap_m < 40 for gap_m in gaps_ahead_m(step)) for step in played.states]) > 5
 
 
+@pytest.mark.long
 def test_aborted_overtakes_go_beside_the_other_and_back() -> None:
     assert attempts_given_up(clip("rural_overtaking", {"aborted": "1"}, seconds=90, seed=3)) >= 3
 
 
+@pytest.mark.long
 def test_nobody_gives_up_unless_asked_to() -> None:
     assert attempts_given_up(clip("rural_overtaking", {}, seconds=60, seed=3)) == 0
 
@@ -71,12 +72,14 @@ def test_platoons_depart_together_behind_a_slow_vehicle() -> None:
         assert gaps_us == pytest.approx(2_500_000, abs=1000)
 
 
+@pytest.mark.long
 def test_following_only_has_followers_and_no_change_of_order() -> None:
     played = clip("following_only", {}, seconds=60)
     assert order_flips(played) == []
     assert np.mean([sum(gap_m < 60 for gap_m in gaps_ahead_m(step)) for step in played.states]) > 5
 
 
+@pytest.mark.long
 def test_meeting_only_has_meetings_and_neither_followers_nor_changes_of_order() -> None:
     played = clip("meeting_only", {}, seconds=60)
     assert order_flips(played) == []
@@ -98,6 +101,7 @@ def meetings(played: Clip) -> int:
     )
 
 
+@pytest.mark.long
 def test_parked_cars_are_passed_and_nobody_else_is() -> None:
     played = clip("parked_car", {}, seconds=120)
     flips = order_flips(played)
@@ -107,6 +111,7 @@ def test_parked_cars_are_passed_and_nobody_else_is() -> None:
     assert {flip.passed for flip in flips} <= set(stood)
 
 
+@pytest.mark.long
 def test_a_stopping_car_arrives_and_draws_to_the_side() -> None:
     played = clip("parked_car", {}, seconds=60)
     arriving = [
@@ -116,12 +121,14 @@ def test_a_stopping_car_arrives_and_draws_to_the_side() -> None:
     assert arriving[0][-1, 2] == pytest.approx(-1.75 - 0.8, abs=0.1)
 
 
+@pytest.mark.long
 def test_lane_change_only_has_lane_changes_and_no_change_of_order() -> None:
     played = clip("lane_change_only", {}, seconds=60)
     assert order_flips(played) == []
     assert lane_changes(played.states) >= 20
 
 
+@pytest.mark.long
 def test_queue_passing_has_passes_of_those_who_stand_or_creep_alone() -> None:
     flips = order_flips(clip("queue_passing", {}, seconds=60))
     assert len(flips) >= 20
@@ -129,6 +136,7 @@ def test_queue_passing_has_passes_of_those_who_stand_or_creep_alone() -> None:
     assert sum(flip.passed_mps < 0.1 for flip in flips) >= 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("lights", "demand"), [("fixed", "normal"), ("actuated", "high")])
 def test_every_arm_of_the_junction_has_a_queue_at_red(lights: str, demand: str) -> None:
     played = clip("junction", {"lights": lights, "demand": demand}, seconds=90)
@@ -143,6 +151,7 @@ def test_every_arm_of_the_junction_has_a_queue_at_red(lights: str, demand: str) 
     assert min(standing.values()) >= 4, standing
 
 
+@pytest.mark.long
 def test_all_turns_occur_at_the_junction() -> None:
     turns = {
         (ARMS.index(out.split("_")[0]) - ARMS.index(inward.split("_")[0])) % 4
@@ -153,6 +162,7 @@ def test_all_turns_occur_at_the_junction() -> None:
     assert turns == {1, 2, 3}
 
 
+@pytest.mark.long
 def test_the_motorway_has_passes_and_drivers_who_return_to_the_right() -> None:
     played = clip("motorway", {}, seconds=60)
     to_the_right = sum(
@@ -164,6 +174,7 @@ def test_the_motorway_has_passes_and_drivers_who_return_to_the_right() -> None:
     assert to_the_right >= 5
 
 
+@pytest.mark.long
 def test_a_jam_stands_on_one_carriageway_and_the_other_flows() -> None:
     first = clip("motorway", {"jam": "1"}, seconds=2).states[0]
     near = np.abs(first.centre_m[:, 0] - 980.0) < 100
@@ -172,6 +183,7 @@ def test_a_jam_stands_on_one_carriageway_and_the_other_flows() -> None:
     assert first.speed_mps[~eastbound].min() > 15
 
 
+@pytest.mark.long
 def test_cars_park_beside_the_country_road_and_the_junction_if_asked_for() -> None:
     for scenario in ("rural_overtaking", "junction"):
         names = clip(scenario, {"parked": "1"}, seconds=1).states[0].ids
@@ -183,6 +195,7 @@ def test_one_carriageway_of_the_motorway_can_be_empty() -> None:
     assert all(lane.startswith("eastbound") for lane in lanes)
 
 
+@pytest.mark.long
 def test_the_roundabout_is_driven_counter_clockwise_and_some_wait() -> None:
     played = clip("roundabout", {"demand": "high"}, seconds=60)
     for step in played.states:
@@ -199,6 +212,7 @@ def test_the_roundabout_is_driven_counter_clockwise_and_some_wait() -> None:
     assert len(waiting) >= 3
 
 
+@pytest.mark.long
 def test_parked_cars_of_the_town_stand_still_beside_the_road() -> None:
     played = clip("urban_grid", {}, seconds=5)
     first, last = played.states[0], played.states[-1]

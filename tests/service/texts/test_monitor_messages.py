@@ -10,8 +10,6 @@ from service.questions.recognition.stored_recognition import recognise_stored
 from service.runs.processing import RunRequest, process
 from tests.service.runs.graph.test_stream_processes import LIMIT, run_race, write_race, written
 
-pytestmark = pytest.mark.long
-
 LATE = "message limit_violated[?car]\nchronicle late[?car](t1) { event(limit_violated[?car], t1) }\n"
 SHAPES = {
     "event": ("chronicle late[?a, ?b](t1) { event(limit_violated[?a, ?b], t1) }", "C0301", "got 2"),
@@ -31,6 +29,7 @@ SHAPES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_shape_that_no_monitor_gives_is_refused_everywhere_with_its_place(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], shape: str
@@ -55,6 +54,7 @@ def test_a_shape_that_no_monitor_gives_is_refused_everywhere_with_its_place(
     assert not Path(new).exists()
 
 
+@pytest.mark.long
 def test_what_a_monitor_gives_is_known_everywhere(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     monitors = written(tmp_path, "a.monitors", LIMIT)
     chronicle = written(tmp_path, "b.chronicle", LATE)
@@ -66,6 +66,7 @@ def test_what_a_monitor_gives_is_known_everywhere(tmp_path: Path, capsys: pytest
     assert json.loads(capsys.readouterr().out) == []
 
 
+@pytest.mark.long
 def test_a_monitor_that_no_file_defines_is_warned_of_everywhere(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -82,6 +83,7 @@ def test_a_monitor_that_no_file_defines_is_warned_of_everywhere(
     assert "did you mean 'limit_violated'?" in shown
 
 
+@pytest.mark.long
 def test_the_library_asks_for_no_monitor(tmp_path: Path) -> None:
     request = RunRequest(write_race(tmp_path / "race.csv"), None, str(tmp_path / "log.db"))
     [warning] = process(request).warnings

@@ -19,8 +19,6 @@ from service.runs.processing import RunRequest, process
 from service.store.log import open_log
 from service.texts.chronicle_files import load_chronicle_files
 
-pytestmark = pytest.mark.long
-
 ATTRIBUTES = re.findall(r"^attribute (\w+)(\[[^\]]*\])", library.relations_text(), re.MULTILINE)
 
 
@@ -47,6 +45,7 @@ def _sorted(changes: list[RelationRecord]) -> list[RelationRecord]:
     return sorted(without, key=lambda one: (one.decided_us, one.t_us, one.name, one.args))
 
 
+@pytest.mark.long
 def test_they_are_those_of_a_run_that_watched_them(folder: Path) -> None:
     names = [name for name, _ in ATTRIBUTES]
     with open_log(str(folder / "every.db")) as every, open_log(str(folder / "one.db")) as one:
@@ -57,6 +56,7 @@ def test_they_are_those_of_a_run_that_watched_them(folder: Path) -> None:
         assert unwatched_relations(every, every.run(), names) == Unwatched()
 
 
+@pytest.mark.long
 def test_what_is_recognised_does_not_depend_on_how_much_is_at_hand(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -77,6 +77,7 @@ def test_what_is_recognised_does_not_depend_on_how_much_is_at_hand(
     assert in_time == sorted(decided, key=lambda event: event.t_us) != decided
 
 
+@pytest.mark.long
 def test_in_a_window_they_are_those_of_the_cars_that_come_in_it(folder: Path) -> None:
     names, from_us, to_us = ["close", "behind", "on", "moving"], 10_000_000, 32_000_000
     with open_log(str(folder / "one.db")) as log:
@@ -93,6 +94,7 @@ def test_in_a_window_they_are_those_of_the_cars_that_come_in_it(folder: Path) ->
     assert len(part) > 5
 
 
+@pytest.mark.long
 def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_path: Path) -> None:
     shutil.copy(folder / "one.db", tmp_path / "one.db")
     with sqlite3.connect(tmp_path / "one.db") as connection:
@@ -110,6 +112,7 @@ def test_cars_are_there_again_after_frames_that_are_damaged(folder: Path, tmp_pa
     assert len(late[0] & late[1]) > 0.9 * len(late[0]) > 5
 
 
+@pytest.mark.long
 def test_the_site_may_have_moved_but_must_be_the_same(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,8 +18,6 @@ from tests.service.runs.inputs.sensors.failing import Failing
 from tests.service.runs.inputs.test_detectors import SITE, make_mot, make_network, make_video
 from tests.vision.support import draw_boxes, make_boxes, top_view, write_video
 
-pytestmark = pytest.mark.long
-
 
 @pytest.fixture(scope="module")
 def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -48,6 +46,7 @@ def processed(
     return summary, kept_rows(log) | {"streams": []}  # what they carried differs after an interrupt
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["motion", "moving", "onnx", "file"])
 def test_rows_are_the_same(video: Path, tmp_path: Path, kind: str) -> None:
     camera = "moving = true\n" if kind == "moving" else ""
@@ -60,6 +59,7 @@ def test_rows_are_the_same(video: Path, tmp_path: Path, kind: str) -> None:
     assert (here.status, here.warnings, here.progress.frames) == (there.status, there.warnings, there.progress.frames)
 
 
+@pytest.mark.long
 def test_damage_is_told_and_what_was_seen_before_it_is_kept(video: Path, tmp_path: Path) -> None:
     broken = tmp_path / "broken.mp4"
     broken.write_bytes(video.read_bytes()[:-1500])
@@ -69,6 +69,7 @@ def test_damage_is_told_and_what_was_seen_before_it_is_kept(video: Path, tmp_pat
     assert own == others
 
 
+@pytest.mark.long
 def test_process_that_is_killed_ends_the_run_as_broken(long: Path, tmp_path: Path) -> None:
     def kill(progress: Progress) -> None:
         if progress.frames == 5:
@@ -95,6 +96,7 @@ def test_message_that_is_cut_short_is_the_end_of_the_process(
     assert summary.reason.endswith("got the end of the process that looks at it (SIGKILL)")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "calls", [pytest.param(10, id="while frames are held"), pytest.param(150, id="later", marks=pytest.mark.slow)]
 )
@@ -114,6 +116,7 @@ def test_interrupt_ends_both_where_it_ends_one(long: Path, tmp_path: Path, calls
     assert 0 < len(kept[0][1]["frames"]) <= calls + 1
 
 
+@pytest.mark.long
 def test_error_of_vision_is_raised_here(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "service.runs.inputs.sensors.vision_apart.multiprocessing.get_context", context_sending(Failing())
