@@ -12,6 +12,7 @@ from service.errors import LogError
 from service.questions.events.queries import decode_event
 from service.records.runs import RunStatus
 from service.records.seen import CarRecord, LinkRecord, RelationRecord
+from service.store.chunks.kinds import SPAN_US
 from service.store.log import open_log
 from tests.service.conftest import NewLog
 from tests.service.logs import count_rows, overtake, random_drafts, read_all, run, state, write_log, write_small_log
@@ -291,3 +292,12 @@ def _dump(path: Path) -> list[str]:
     lines = list(connection.iterdump())
     connection.close()
     return lines
+
+
+def test_how_late_relation_changes_are_decided_is_known_to_the_span(tmp_path: Path) -> None:
+    with open_log(str(tmp_path / "a.db"), "w") as log:
+        writer = log.begin_run(run())
+        writer.append([RelationRecord(1_000_000, 55_000_000, "moving", ("car7",), "false", "true")])
+        writer.finish("finished")
+        assert 54_000_000 <= log.late_us("r1") < 54_000_000 + 2 * SPAN_US
+        assert log.late_us("none") == SPAN_US
