@@ -75,7 +75,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def patient_pool() -> Iterator[None]:
     """Let answers of processes take their time on a busy machine; tests of the time limit give one of their own."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("service.api.processes.questions.ANSWERED_WITHIN_S", 3600.0)
+        patch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 3600.0)
         yield
 
 

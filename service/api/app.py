@@ -15,14 +15,16 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.responses import Response
 
-from service.api.access.admission import Admission, add_login
+from service.api.access.admission import Admission
+from service.api.access.callers import add_login
 from service.api.access.settings import Access
 from service.api.delivery.event_stream import EventStream
 from service.api.description import add_docs, describe_bodies
 from service.api.frame import ConditionalMiddleware, RequestFrame
-from service.api.health import Metrics, add_health
-from service.api.messages.answers import register_problems
-from service.api.processes.questions import ProcessPool
+from service.api.health import add_health
+from service.api.messages.problems import register_problems
+from service.api.metrics import Metrics
+from service.api.processes.pool import ProcessPool
 from service.api.routes.wiring import add_routes
 from service.api.source_files import NO_FOLDERS, SourceFolders
 from service.records.runs import ChronicleRecord, software_version

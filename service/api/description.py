@@ -11,7 +11,7 @@ from starlette.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
 from chronicles.explanation.json_form import schema as explanation_schema
-from service.api.access.admission import COOKIE
+from service.api.access.callers import COOKIE
 from service.api.messages.answers import EXPLANATION, REFERENCE
 from service.api.messages.bodies import Problem
 from service.api.messages.parameters import JsonObject

@@ -16,8 +16,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.health import Metrics
-from service.api.messages.answers import MEDIA_TYPE, REQUEST_ID, answer_bug, answer_refusal
+from service.api.messages.problems import MEDIA_TYPE, REQUEST_ID, answer_bug, answer_refusal
+from service.api.metrics import Metrics
 
 STRICT_HEADERS = {
     b"cache-control": b"no-store",

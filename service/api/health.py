@@ -6,16 +6,16 @@ at most.
 
 import logging
 import shutil
-from collections.abc import Callable, Mapping
 
 from anyio import CapacityLimiter, move_on_after, to_thread
 from fastapi import APIRouter, Request
-from prometheus_client import CollectorRegistry, Gauge, Histogram, ProcessCollector
-from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client import CONTENT_TYPE_LATEST
 from starlette.responses import PlainTextResponse, Response
 
-from service.api.messages.answers import problem, problems
+from service.api.messages.answers import problems
 from service.api.messages.bodies import ProblemDetail
+from service.api.messages.problems import problem
+from service.api.metrics import Metrics
 from service.errors import LogError
 from service.questions.events.queries import find_last_seq
 from service.store.databases.location import log_files
@@ -24,48 +24,11 @@ from service.store.registers.jobs import count_jobs
 from service.store.schema import SCHEMA_VERSION
 from service.store.versions import read_version
 
-# A page of events takes some milliseconds, an explanation ten seconds at most.
-BUCKETS_S = (0.01, 0.05, 0.2, 1.0, 5.0, 20.0)
-METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 LOOKED_WITHIN_S = 5.0
 LEAST_FREE_BYTES = 100_000_000
 """Less is soon used up: a minute of traffic takes some hundred kilobytes, a migration as much as the log."""
+
 _LOGGER = logging.getLogger(__name__)
-
-
-class Metrics:
-    """The counts of one server.
-
-    Parameters
-    ----------
-    streams : tells how many streams of events are open.
-    waiting : tells how many questions wait for a process.
-    """
-
-    def __init__(self, streams: Callable[[], int], waiting: Callable[[], int]) -> None:
-        registry = self._registry = CollectorRegistry()
-        ProcessCollector(registry=registry)
-        labels, about = ("route", "method", "status"), "Seconds until an answer begins."
-        self._seconds = Histogram("dyknow_http_request_seconds", about, labels, registry=registry, buckets=BUCKETS_S)
-        Gauge("dyknow_streams_open", "Streams of events that are open.", registry=registry).set_function(streams)
-        Gauge("dyknow_questions_waiting", "Questions that wait for a process.", registry=registry).set_function(waiting)
-        self._jobs = Gauge("dyknow_jobs", "Jobs of the log.", ("state",), registry=registry)
-        self._last_seq = Gauge("dyknow_last_seq", "Newest sequence number of the log.", registry=registry)
-
-    def count(self, route: str, method: str, status: int, seconds: float) -> None:
-        """Count an answer; `route` is the template of its path, so that there are few."""
-        self._seconds.labels(route, method if method in METHODS else "other", status).observe(seconds)
-
-    def note_log(self, last_seq: int, jobs: Mapping[str, int]) -> None:
-        """Note what the log holds by now."""
-        self._last_seq.set(last_seq)
-        self._jobs.clear()
-        for state, count in jobs.items():
-            self._jobs.labels(state).set(count)
-
-    def text(self) -> bytes:
-        """Give all, in Prometheus' text form."""
-        return generate_latest(self._registry)
 
 
 def add_health(router: APIRouter, log: EventLog, metrics: Metrics) -> None:

@@ -17,7 +17,7 @@ import typer
 
 from service.cli import texts
 from service.cli.asking import cars, evaluate, events, log, recognise, streams
-from service.cli.making import detector, jobs, process, scenes, site, watch
+from service.cli.making import demo, detector, generate, jobs, process, site, watch
 from service.cli.operating import clients, doctor, serve
 from service.cli.printing import BUSY, INTERNAL, INTERRUPTED, INVALID, OK, USAGE, tell
 from service.cli.settings import show_config, take_settings
@@ -27,9 +27,9 @@ from service.runs.machine import look_seldom
 # A new command: write its function in its own module and add it here with the arguments of an example; the order is
 # that of `dyknow --help`. Two words are a command of a group; groups come last.
 COMMANDS: Mapping[str, tuple[Callable[..., None], str]] = {
-    "demo": (scenes.demo, "--out out/demo --seconds 30"),
-    "generate": (scenes.generate, "rural_overtaking --out scene --seed 7 --seconds 60"),
-    "trajectories": (scenes.trajectories, "junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
+    "demo": (demo.demo, "--out out/demo --seconds 30"),
+    "generate": (generate.generate, "rural_overtaking --out scene --seed 7 --seconds 60"),
+    "trajectories": (generate.trajectories, "junction --out tracks/tracks.csv --gap 0.5:2 --seconds 60"),
     "process": (process.process, "scene/video.mp4 --site scene/site.toml --log scene.db"),
     "watch": (watch.watch, "rtsp://camera.example/1 --site site.toml --log road.db --recordings recordings"),
     "worker": (jobs.worker, "scene.db --once"),

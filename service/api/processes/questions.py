@@ -1,79 +1,23 @@
-"""How is what takes long computed without holding up anything else? By a process beside the server, for a time.
+"""What is asked in a process? What looks again at what a run saw, and what reads files of others.
 
-In a thread it would take the interpreter from all other answers, and nothing could end it. A process can be ended where
-it only reads. What is asked of one looks again at what a run saw, or reads files of others, which takes milliseconds or
-minutes: all functions here that take a `log`.
+That takes milliseconds or minutes, as the window and the traffic are. What takes a `log` runs in such a process.
 """
 
-from collections.abc import Callable
 from functools import cache
-from typing import TypeVar, TypeVarTuple
 
 import msgspec
-from anyio import BrokenWorkerProcess, CapacityLimiter, fail_after, to_process
 from msgspec.structs import asdict
 
 from chronicles.explanation.json_form import to_json
 from service.api.messages.bodies import EventSummary, MonitorTrial
-from service.errors import CrowdedError, TextRefusedError, UnansweredError
+from service.errors import TextRefusedError
 from service.questions.events.queries import MAX_LIMIT, EventFilter
 from service.questions.events.summaries import By, summarise
 from service.questions.observations.coverage import Coverage, LookedAt
 from service.questions.observations.relation_intervals import RelationQuestion, relation_intervals
 from service.questions.recognition.explaining import AbsenceQuestion, Explainer
-from service.runs.machine import cores, look_seldom
+from service.runs.machine import look_seldom
 from service.store.log import EventLog, open_log
-
-ANSWERED_WITHIN_S = 10.0
-"""An answer, with the time that it waits for a process."""
-
-WAITING_PER_CORE = 8
-"""More would wait longer than they may, if each before them takes what it may."""
-
-_Arguments = TypeVarTuple("_Arguments")
-_Answer = TypeVar("_Answer")
-
-
-class ProcessPool:
-    """Processes that answer questions to one log, as many as there are cores; they stay for the questions to come.
-
-    Parameters
-    ----------
-    log : its URL.
-    """
-
-    def __init__(self, log: str) -> None:
-        self._log = log
-        self._limiter = CapacityLimiter(cores())
-
-    @property
-    def waiting(self) -> int:
-        """Count the questions that wait for a process."""
-        return self._limiter.statistics().tasks_waiting
-
-    async def ask(self, function: Callable[[str, *_Arguments], _Answer], *arguments: *_Arguments) -> _Answer:
-        """Call a function of a module with the log and more, in a process; what it takes, gives or raises is pickled.
-
-        Raises
-        ------
-        CrowdedError
-            If too many wait already.
-        UnansweredError
-            If it takes too long; besides, what the function raises.
-        """
-        most = WAITING_PER_CORE * int(self._limiter.total_tokens)
-        if self.waiting >= most:
-            raise CrowdedError(f"questions: expected at most {most} that wait, got one more; ask again later")
-        try:
-            with fail_after(ANSWERED_WITHIN_S):
-                return await to_process.run_sync(
-                    function, self._log, *arguments, cancellable=True, limiter=self._limiter
-                )
-        except TimeoutError as error:
-            wanted = f"answer: expected one within {ANSWERED_WITHIN_S:g} s, got none"
-            raise UnansweredError(f"{wanted}; ask about less time, or later if much else is asked") from error
-        except BrokenWorkerProcess as error:
-            raise UnansweredError("answer: expected one, got a process that was ended; ask again") from error
 
 
 def why(log: str, event_id: str) -> bytes | None:

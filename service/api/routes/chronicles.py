@@ -19,7 +19,8 @@ from dyknow.language.rendering import render_json
 from service.api.messages.answers import TEXT_BODY, answers, json_answer
 from service.api.messages.asked import DifferenceOrder, TrialOrder
 from service.api.messages.bodies import ChronicleList, ChronicleUse, Findings, LaidOut, TextVersions
-from service.api.processes.questions import ProcessPool, difference, trial
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import difference, trial
 from service.errors import NotInLogError, QueryError, TextRefusedError, VersionError
 from service.questions.recognition.trials import Difference, Trial
 from service.records.runs import ChronicleRecord

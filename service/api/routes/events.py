@@ -26,7 +26,8 @@ from service.api.messages.parameters import (
     read_stream_question,
     taking,
 )
-from service.api.processes.questions import ProcessPool, summary
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import summary
 from service.errors import LogError
 from service.export.events import exported
 from service.questions.events.notes import name_notes, run_notes

@@ -9,7 +9,8 @@ from service.api.messages.answers import EXPLANATION, answers, json_answer
 from service.api.messages.asked import Absence, Awaited, MonitorOrder, NoParameters, take_none
 from service.api.messages.bodies import AwaitedAnswer, EventExplanation, MonitorTrial
 from service.api.messages.parameters import describe_roles
-from service.api.processes.questions import ProcessPool, awaited, monitors_tried, why, why_not
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import awaited, monitors_tried, why, why_not
 
 
 def add_explanations(router: APIRouter, pool: ProcessPool) -> None:

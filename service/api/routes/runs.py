@@ -1,26 +1,22 @@
-"""Which runs does the log hold, what is known of each, and what did it look at? Routes about runs and their videos."""
+"""Which runs does the log hold, and what is known of each? Routes about runs."""
 
-from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Query
 from msgspec import convert
 from msgspec.structs import replace
 from pydantic import Field
-from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.responses import Response
 
-from service.api.messages.answers import answers, file_answers, json_answer, problems
-from service.api.messages.asked import GEOJSON, Form, MediaTime, NoParameters
+from service.api.messages.answers import answers, json_answer
+from service.api.messages.asked import GEOJSON, Form, NoParameters
 from service.api.messages.bodies import RunDetail, RunList, RunSummary
-from service.api.processes.pictures import clip, picture, video_of
-from service.api.processes.questions import ProcessPool, site
-from service.export.events import exported
-from service.questions.events.queries import MAX_VALUES, EventFilter
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import site
+from service.questions.events.queries import MAX_VALUES
 from service.questions.observations.coverage import Coverage, lost_views
 from service.records.runs import RunSite, RunStatus
-from service.records.seen import Drawing, OverlayForm
 from service.runs.graph.stored_streams import StoredStreams, streams_of
 from service.store.log import EventLog
 from service.store.upkeep import holdings
@@ -80,59 +76,3 @@ def add_runs(router: APIRouter, log: EventLog, pool: ProcessPool, coverage: Cove
     def get_streams(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
         """Say what ran in a run: its processes, what their streams carried, and what each cost."""
         return json_answer(streams_of(log, log.run(run)))
-
-
-class _Drawn(NoParameters):
-    overlay: OverlayForm = Field("symbols", description="Boxes of cars, or also their names and trails, and events.")
-    width: int | None = Field(
-        None, ge=16, le=8192, description="Its width in pixels at most; text is not made smaller."
-    )
-
-
-class _Picture(_Drawn):
-    t_us: MediaTime = Field(description="When, media time: the frame that a player shows then.")
-
-
-class _Clip(_Drawn):
-    pad_us: MediaTime = Field(2_000_000, description="So much before and behind the event too.")
-
-
-def add_media(router: APIRouter, log: EventLog, pool: ProcessPool, folders: Sequence[Path]) -> None:
-    """Add the routes for players.
-
-    Parameters
-    ----------
-    folders : only files that lie in these are sent.
-    """
-    allowed = [one.resolve() for one in folders]
-    video = file_answers(["video/*"], 400, 404, 416, 422, statuses=(200, 206))
-
-    @router.get("/runs/{run}/video", name="video", responses=video)
-    def get_video(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Get the video that a run read, if it is still there and may be sent.
-
-        Takes `Range`. Media time 0 is at the time stamp `first_pts_us` of the run.
-        """
-        path = video_of(log.run(run), allowed)
-        return FileResponse(path, content_disposition_type="inline", filename=path.name)
-
-    @router.get("/runs/{run}/frame", name="frame", responses=file_answers(["image/jpeg"], 404, 409, 422))
-    async def get_frame(run: str, asked: Annotated[_Picture, Query()]) -> Response:
-        """Get a frame of the video of a run as JPEG, with what the run saw on it."""
-        made = await pool.ask(picture, run, allowed, asked.t_us, Drawing(asked.overlay, asked.width))
-        return Response(made, media_type="image/jpeg")
-
-    @router.get("/events/{event_id}/clip.mp4", name="clip", responses=video | problems(409))
-    async def get_clip(event_id: str, asked: Annotated[_Clip, Query()], request: Request) -> Response:
-        """Get the piece of video of an event as H.264, with what the run saw on it.
-
-        Takes `Range`.
-        """
-        make = partial(clip, pad_us=asked.pad_us, drawing=Drawing(asked.overlay, asked.width))
-        path = await pool.ask(make, event_id, allowed, request.app.state.clips)
-        return FileResponse(path, content_disposition_type="inline", filename=f"{event_id}.mp4")
-
-    @router.get("/runs/{run}/chapters.vtt", name="chapters", responses=file_answers(["text/vtt"], 404, 422))
-    def get_chapters(run: str, asked: Annotated[NoParameters, Query()]) -> Response:
-        """Get the events of a run as chapters of its video, WebVTT in the times of that."""
-        return StreamingResponse(exported(log, EventFilter(runs=(log.run(run).id,)), "vtt"), media_type="text/vtt")

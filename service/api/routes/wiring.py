@@ -11,13 +11,16 @@ from service.api.delivery.event_stream import EventStream
 from service.api.messages.answers import answers, json_answer
 from service.api.messages.asked import take_none
 from service.api.messages.bodies import Index
-from service.api.processes.questions import ProcessPool
+from service.api.processes.pool import ProcessPool
+from service.api.routes.cars import add_cars
 from service.api.routes.chronicles import add_chronicles
 from service.api.routes.events import add_events
 from service.api.routes.explanations import add_explanations
-from service.api.routes.jobs import add_job_list, add_jobs, add_sources
-from service.api.routes.observations import add_cars, add_relations
-from service.api.routes.runs import add_media, add_runs
+from service.api.routes.jobs import add_job_list, add_jobs
+from service.api.routes.media import add_media
+from service.api.routes.relations import add_relations
+from service.api.routes.runs import add_runs
+from service.api.routes.sources import add_sources
 from service.api.routes.webhooks import add_webhooks
 from service.api.source_files import SourceFolders
 from service.questions.events.queries import DEFAULT_LIMIT, MAX_LIMIT, find_last_seq

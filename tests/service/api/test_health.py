@@ -13,7 +13,7 @@ from sqlalchemy import update
 
 from service.api.app import WORKER_THREADS, create_app
 from service.api.messages.bodies import Problem
-from service.api.processes.questions import ProcessPool
+from service.api.processes.pool import ProcessPool
 from service.errors import CrowdedError
 from service.runs.machine import cores
 from service.store import schema
@@ -167,7 +167,7 @@ def test_all_is_told_while_every_thread_and_process_is_busy(
 
 
 def test_who_asks_when_too_many_wait_is_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.api.processes.questions.WAITING_PER_CORE", 1)
+    monkeypatch.setattr("service.api.processes.pool.WAITING_PER_CORE", 1)
 
     async def ask() -> None:
         pool = ProcessPool("")

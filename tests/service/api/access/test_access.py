@@ -12,7 +12,8 @@ import pytest
 from fastapi import FastAPI
 from starlette.responses import Response
 
-from service.api.access.admission import MOST_FAILURES, OPEN
+from service.api.access.admission import OPEN
+from service.api.access.callers import MOST_FAILURES
 from service.api.access.settings import Access
 from service.api.app import create_app
 from service.api.messages.bodies import Problem
@@ -135,8 +136,8 @@ def test_tokens_that_are_known_stay_good_while_the_log_cannot_be_read(
 
     client, good = new_client(Access(needs_token=True)), made(url, "read")
     assert client.get("/openapi.json", headers=good).status_code == 200
-    monkeypatch.setattr("service.api.access.admission.READ_EVERY_S", -1.0)
-    monkeypatch.setattr("service.api.access.admission.list_tokens", fail)
+    monkeypatch.setattr("service.api.access.callers.READ_EVERY_S", -1.0)
+    monkeypatch.setattr("service.api.access.callers.list_tokens", fail)
     assert client.get("/openapi.json", headers=good).status_code == 200
     assert refused(client.get("/openapi.json", headers={"Authorization": "Bearer x"}), 401)
 

@@ -12,7 +12,8 @@ import pytest
 
 from service.api.app import create_app
 from service.api.messages.bodies import Problem
-from service.api.processes.questions import ProcessPool, why, why_not
+from service.api.processes.pool import ProcessPool
+from service.api.processes.questions import why, why_not
 from service.errors import LogError, QueryError, UnansweredError
 from service.questions.recognition.explaining import AbsenceQuestion
 from tests.service.api.processes.acting import begin, end, stay
@@ -42,7 +43,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
     log: Path, monkeypatch: pytest.MonkeyPatch, name: str, path: str
 ) -> None:
-    monkeypatch.setattr("service.api.processes.questions.ANSWERED_WITHIN_S", 0.5)
+    monkeypatch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 0.5)
     with Client(create_app(str(log), shipped=[])) as client:
         monkeypatch.setattr(f"service.api.routes.{name}", stay)
         answer = client.get(f"/api/v1/events/{path}")
@@ -51,7 +52,7 @@ def test_a_question_that_takes_too_long_is_a_problem_and_the_next_is_answered(
         assert told.type == "urn:dyknow:problem:unanswered"
         assert told.detail.startswith("answer: expected one within 0.5 s, got none; ask about less time")
         # On a busy machine a process that begins anew takes a while.
-        monkeypatch.setattr("service.api.processes.questions.fail_after", lambda _: anyio.fail_after(60))
+        monkeypatch.setattr("service.api.processes.pool.fail_after", lambda _: anyio.fail_after(60))
         assert client.get("/api/v1/chronicles/overtake/why-not").status_code == 404
 
 

@@ -165,7 +165,7 @@ def test_a_body_that_is_none_is_refused(refused: Client, body: bytes) -> None:
 
 
 def test_what_takes_too_long_may_be_asked_again(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.api.processes.questions.ANSWERED_WITHIN_S", 0.0)
+    monkeypatch.setattr("service.api.processes.pool.ANSWERED_WITHIN_S", 0.0)
     with Client(create_app(url, shipped=())) as client:
         answer = client.request("POST", f"{CHRONICLES}/try", json={"text": NEAR})
     assert (answer.status_code, "retry-after" in answer.headers) == (503, True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.api.messages.answers import without_folders
+from service.api.messages.problems import without_folders
 from service.api.source_files import SourceFolders
 from service.cli.app import run as run_cli
 from service.runs.jobs.worker import work

@@ -1,34 +1,24 @@
-"""Which cars are there, where were they, by what is each the one that it is, and how did they stand to each other?
-
-Relations are looked for by processes, since what was not watched is computed.
-"""
+"""Which cars are there, where were they, and by what is each the one that it is? Routes about cars."""
 
 from typing import Annotated
 
 from fastapi import APIRouter, Query
-from pydantic import Field, WithJsonSchema
+from pydantic import Field
 from starlette.responses import Response
 
-from qsr.relations import RANK
 from service.api.messages.answers import answers, json_answer
 from service.api.messages.asked import GEOJSON, Form, InWindow, MediaTime, OfRun
 from service.api.messages.bodies import CarList, LinkList, Tracks
-from service.api.processes.questions import ProcessPool, relations
 from service.errors import FilterError
-from service.questions.events.queries import MAX_LIMIT, MAX_VALUES
 from service.questions.observations.car_tracks import car_columns
 from service.questions.observations.coverage import Coverage
 from service.questions.observations.identity import check_car, identities, links_of
-from service.questions.observations.relation_intervals import RelationList, RelationQuestion
 from service.records.runs import RunRecord
 from service.records.times import MAX_MEDIA_US
 from service.store.log import EventLog
 
 MOST_US = 60_000_000
 """Of all cars so much is told at once: some megabytes of a busy junction."""
-_DEFAULT_LIMIT = 1_000
-_MAX_LIMIT = 10 * MAX_LIMIT  # an interval is a tenth of an event
-_Name = Annotated[str, WithJsonSchema({"type": "string", "enum": list(RANK)})]
 
 
 class _Stepwise(InWindow):
@@ -85,41 +75,3 @@ def add_cars(router: APIRouter, log: EventLog, coverage: Coverage) -> None:
 
             return Response(car_features(columns, known_frame_of(run)), media_type=GEOJSON)
         return json_answer(Tracks(run.id, columns, coverage.of_run(run)))
-
-
-class _About(OfRun):
-    name: list[_Name] = Field([], max_length=MAX_VALUES, description="A relation; without it all that were watched.")
-    a: str | None = Field(None, description="What takes part, in any place: a car, a road.")
-    b: str | None = Field(None, description="What takes part besides.")
-    limit: int = Field(_DEFAULT_LIMIT, ge=1, le=_MAX_LIMIT, description="Intervals at most, the earliest.")
-    cursor: str | None = Field(None, description="`next_cursor` of the page before, same question.")
-
-
-class _InWindow(_About, InWindow):
-    pass
-
-
-class _AtTime(_About):
-    t_us: MediaTime = Field(description="When, media time.")
-
-
-def add_relations(router: APIRouter, pool: ProcessPool) -> None:
-    """Add the routes about relations."""
-    listed = answers(RelationList, 400, 404, 422)
-
-    @router.get("/relations", name="relations", responses=listed)
-    async def list_relations(asked: Annotated[_InWindow, Query()]) -> Response:
-        """List when relations held in a window, the earliest first; unwatched ones too, if they are named."""
-        return json_answer(await pool.ask(relations, _question(asked, asked.from_, asked.to), asked.cursor))
-
-    @router.get("/relations/at", name="relations_at", responses=listed)
-    async def list_relations_at(asked: Annotated[_AtTime, Query()]) -> Response:
-        """List relations that held at a time, each with all of the interval in which that lies."""
-        return json_answer(await pool.ask(relations, _question(asked, asked.t_us, asked.t_us + 1), asked.cursor))
-
-
-def _question(asked: _About, from_us: int | None, to_us: int | None) -> RelationQuestion:
-    about = tuple(one for one in (asked.a, asked.b) if one is not None)
-    return RelationQuestion(
-        run=asked.run, names=tuple(asked.name), about=about, from_us=from_us, to_us=to_us, limit=asked.limit
-    )
