@@ -167,7 +167,7 @@ def _add_stored(router: APIRouter, texts: ChronicleTexts) -> None:
     @router.delete(_TEXT, name="text", status_code=204, responses=answers(ChronicleText, 412, 422, 428, status=204))
     def end_text(name: ChronicleName, if_match: IfMatch = None) -> Response:
         """End a text, so that it is in use no more; its versions stay."""
-        return Response(status_code=204, headers=_tag(texts.put(name, None, _expected(if_match)).version))
+        return Response(status_code=204, headers=_tag(texts.end(name, _expected(if_match)).version))
 
 
 def _expected(if_match: str | None) -> int:

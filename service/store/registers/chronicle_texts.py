@@ -26,12 +26,11 @@ class ChronicleTexts:
     def __init__(self, log: EventLog) -> None:
         self._log = log
 
-    def put(self, name: str, text: str | None, expected: int | None) -> ChronicleText:
-        """Store a text as the newest version of its name, or end it.
+    def put(self, name: str, text: str, expected: int | None) -> ChronicleText:
+        """Store a text as the newest version of its name.
 
         Parameters
         ----------
-        text : None ends it.
         expected : the version that it takes the place of; None if there is none, or if the last one ended.
 
         Raises
@@ -39,16 +38,11 @@ class ChronicleTexts:
         VersionError
             If another version is the newest one.
         """
-        with self._log.change() as connection:
-            lock_seqs(connection)  # one at a time takes a version
-            newest = _newest(connection, name)
-            came = newest.version if newest and newest.text is not None else None
-            if came != expected:
-                wanted, there = (f"version {one}" if one else "none" for one in (expected, came))
-                raise VersionError(f"chronicle text {name!r}: expected {wanted} as the newest, got {there}")
-            added = ChronicleText(name, newest.version + 1 if newest else 1, text, time.time_ns() // 1_000)
-            insert_rows(connection, schema.chronicle_texts, [astuple(added)])
-            return added
+        return self._add(name, text, expected)
+
+    def end(self, name: str, expected: int) -> ChronicleText:
+        """End a text; raises as `put`."""
+        return self._add(name, None, expected)
 
     def current(self) -> list[ChronicleText]:
         """List the newest versions by name, without those that ended."""
@@ -70,6 +64,18 @@ class ChronicleTexts:
         if not found:
             raise NotInLogError(f"log {self._log.place.name!r}: expected one of its chronicle texts, got {name!r}")
         return found
+
+    def _add(self, name: str, text: str | None, expected: int | None) -> ChronicleText:
+        with self._log.change() as connection:
+            lock_seqs(connection)  # one at a time takes a version
+            newest = _newest(connection, name)
+            came = newest.version if newest and newest.text is not None else None
+            if came != expected:
+                wanted, there = (f"version {one}" if one else "none" for one in (expected, came))
+                raise VersionError(f"chronicle text {name!r}: expected {wanted} as the newest, got {there}")
+            added = ChronicleText(name, newest.version + 1 if newest else 1, text, time.time_ns() // 1_000)
+            insert_rows(connection, schema.chronicle_texts, [astuple(added)])
+            return added
 
 
 def _newest(connection: Connection, name: str) -> ChronicleText | None:

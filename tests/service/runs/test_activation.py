@@ -185,7 +185,7 @@ def test_texts_in_the_log_are_looked_for_besides_while_they_stand(tracks: Path) 
     def end() -> None:
         with open_log(log) as opened:
             texts = ChronicleTexts(opened)
-            texts.put("mine", None, 1)
+            texts.end("mine", 1)
 
     counts: list[int] = []
     run(

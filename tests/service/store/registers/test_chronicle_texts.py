@@ -29,7 +29,7 @@ def test_a_text_has_versions_that_stay(texts: ChronicleTexts) -> None:
 
 def test_a_text_that_ended_is_kept_and_may_begin_again(texts: ChronicleTexts) -> None:
     texts.put("a", "one", None)
-    assert texts.put("a", None, 1).version == 2
+    assert texts.end("a", 1).version == 2
     assert texts.current() == []
     assert texts.put("a", "two", None).version == 3
     assert [one.text for one in texts.versions("a")] == ["one", None, "two"]
@@ -45,11 +45,11 @@ def test_who_knows_another_version_changes_nothing(texts: ChronicleTexts, expect
 
 def test_what_is_not_there_or_ended_cannot_end(texts: ChronicleTexts) -> None:
     with pytest.raises(VersionError, match="expected version 1 as the newest, got none"):
-        texts.put("a", None, 1)
+        texts.end("a", 1)
     texts.put("a", "one", None)
-    texts.put("a", None, 1)
+    texts.end("a", 1)
     with pytest.raises(VersionError, match="expected version 2 as the newest, got none"):
-        texts.put("a", None, 2)
+        texts.end("a", 2)
 
 
 def test_an_unknown_name_has_no_versions(texts: ChronicleTexts) -> None:
