@@ -32,7 +32,7 @@ from vision.errors import VisionError
 
 if TYPE_CHECKING:
     from service.runs.processing import Progress, RunSummary
-    from service.runs.requests import LiveRequest
+    from service.runs.requests import LiveRequest, RunRequest
 
 TOLD_EVERY_S = 1.0
 ASKED_EVERY_S = 1.0
@@ -95,22 +95,28 @@ def process_job(taken: TakenJob, log_url: str, tell: Tell, *, has_free_cores: bo
     KeyboardInterrupt
         If a signal stopped the run; the job waits again.
     """
-    # What processes takes 100 MB, which a worker that only waits for jobs does not need.
-    from service.runs.processing import process
-    from service.runs.requests import LiveRequest, read_request
+    try:
+        # What processes takes 100 MB, which a worker that only waits for jobs does not need, and seconds to import.
+        from service.runs.requests import LiveRequest, read_request
 
-    request = read_request(taken.job.request, log_url)
-    if isinstance(request, LiveRequest):
-        return _watch_job(taken, request, tell)
+        request = read_request(taken.job.request, log_url)
+        if isinstance(request, LiveRequest):
+            return _watch_job(taken, request, tell)
+        return _process_job(taken, request, tell, has_free_cores=has_free_cores)
+    except KeyboardInterrupt as stopped:  # of the run with its reason, or of Python before that looks for signals
+        taken.give_back(str(stopped))
+        raise
+
+
+def _process_job(taken: TakenJob, request: "RunRequest", tell: Tell, *, has_free_cores: bool) -> bool:
+    from service.runs.processing import process
+
     if request.workers is None and not has_free_cores:
         request = replace(request, workers=0)
     tell(f"job {taken.job.id}: {request.input}")
     look = _Look(taken)
     try:
         summary = process(request, on_progress=look.stop_if_unwanted)
-    except KeyboardInterrupt:  # before the run has begun to look for signals
-        taken.give_back("stopped before it began")
-        raise
     except RunBusyError as error:
         taken.give_back(str(error))
         return False
@@ -135,8 +141,7 @@ def _conclude(taken: TakenJob, summary: "RunSummary", tell: Tell, *, cancel_requ
     elif cancel_requested:
         _end(taken, "cancelled", summary.reason, tell)
     elif summary.status == "interrupted":
-        taken.give_back(summary.reason)
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt(summary.reason)
     else:
         _end(taken, "failed", summary.reason, tell)
 
@@ -183,7 +188,6 @@ def _watch_job(taken: TakenJob, request: "LiveRequest", tell: Tell) -> bool:
         taken.end("waiting", str(error))
         return False
     if is_interrupted:
-        taken.give_back("")
         raise KeyboardInterrupt
     _end(taken, "cancelled" if look.cancel_requested else "finished", look.text, tell)
     return True

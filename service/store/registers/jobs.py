@@ -167,6 +167,9 @@ class Jobs:
         is_begun = False
         try:
             is_begun = taken.begin()
+        except KeyboardInterrupt:  # it may have been noted by then
+            taken.give_back("")
+            raise
         finally:
             if not is_begun:
                 taken.let_go()

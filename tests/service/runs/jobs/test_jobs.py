@@ -21,7 +21,7 @@ from service.runs.processing import RunRequest, process
 from service.runs.requests import LiveRequest, as_text, job_id
 from service.store.databases.location import database_of
 from service.store.log import open_log
-from service.store.registers.jobs import MOST_ATTEMPTS, Jobs
+from service.store.registers.jobs import MOST_ATTEMPTS, Jobs, TakenJob
 from tests.service.conftest import NewLog, in_a_file
 from tests.service.logs import kept_rows
 from tests.service.store.databases.test_databases import end_all_connections
@@ -295,8 +295,9 @@ def test_a_signal_gives_the_job_back(new_log: NewLog, small_scene: Path) -> None
 
 @pytest.mark.long
 @in_a_file
+@pytest.mark.parametrize("during", ["requests.read_request", "processing.load_chronicle_texts"])
 def test_a_signal_before_the_run_has_begun_gives_the_job_back(
-    new_log: NewLog, brief: Path, monkeypatch: pytest.MonkeyPatch
+    new_log: NewLog, brief: Path, monkeypatch: pytest.MonkeyPatch, during: str
 ) -> None:
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -305,12 +306,30 @@ def test_a_signal_before_the_run_has_begun_gives_the_job_back(
     with opened(url) as jobs:
         name = add(jobs, brief)
         with monkeypatch.context() as patched:
-            patched.setattr("service.runs.processing.load_chronicle_texts", stop)
+            patched.setattr(f"service.runs.{during}", stop)
             with pytest.raises(KeyboardInterrupt):
                 work(url, stays=False, tell=lambda _: None)
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
         work(url, stays=False, tell=lambda _: None)
         assert (jobs.find(name).state, jobs.find(name).attempts) == ("finished", 1)
+
+
+def test_a_signal_as_a_job_is_taken_gives_it_back(
+    new_log: NewLog, brief: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin = TakenJob.begin
+
+    def stop(taken: TakenJob) -> bool:
+        assert begin(taken)
+        raise KeyboardInterrupt
+
+    with opened(new_log()) as jobs:
+        name = add(jobs, brief)
+        monkeypatch.setattr(TakenJob, "begin", stop)
+        with pytest.raises(KeyboardInterrupt):
+            jobs.take()
+        assert (jobs.find(name).state, jobs.find(name).attempts) == ("waiting", 0)
+        assert jobs.is_left(name)
 
 
 def test_the_commands_queue_and_list(tmp_path: Path, brief: Path, capsys: pytest.CaptureFixture[str]) -> None:
