@@ -75,6 +75,7 @@ def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: Back
     busy = np.flatnonzero(change.max(axis=0) > 2 * settings.same_levels)
     least = np.median(np.stack(unrest), axis=0).astype(np.uint8)
     is_calm = np.ones((len(samples), cells.packed_size), np.bool_)
+    is_beyond = ~cells.pack(cells.ground)
     piece = 8_192
     for start in range(0, len(busy), piece):
         where = busy[start : start + piece]
@@ -84,7 +85,8 @@ def first_sight(samples: Sequence[ByteArray], colour: RoadColour, settings: Back
         # In shade that stays nothing is calm, and a bright car less strange than the road: what comes back is the road.
         is_shade = least[where] > LEVEL * settings.unrest_levels
         is_shade &= came_back([sample[:, where] for sample in samples], planes[:, where], settings.same_levels)
-        planes[:, where] = np.where(is_shade, planes[:, where], calm_planes)
+        # Beyond the road the road's colour says nothing: a grey lorry that leans over grass would be calmer than it.
+        planes[:, where] = np.where(is_shade | is_beyond[where], planes[:, where], calm_planes)
         calm = np.sort(around, axis=-1)[:, min(settings.noise_samples, len(samples)) - 1, None]
         is_calm[:, where] = (around <= calm).T
     return FirstSight(samples, planes, least, is_calm)

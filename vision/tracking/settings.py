@@ -18,6 +18,8 @@ class TrackingSettings:
     fast_share: float = 0.8
     # Below this speed the heading is kept: the direction of a small velocity is noise.
     heading_speed_mps: float = 1.5
+    # The tightest that anybody drives: a small car's circle.
+    turn_radius_m: float = 4.0
     # A motion is sure once it is this many standard deviations: a heading follows a low velocity only then (any higher
     # one at once), and a track has moved from where it began.
     sure_sigmas: float = 2.0

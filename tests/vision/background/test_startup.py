@@ -10,7 +10,8 @@ from vision.background.settings import BackgroundSettings
 from vision.background.standing import StandingVehicles
 from vision.background.startup import LEVEL, FirstSight, calmest, first_sight, median_of, noise_of, plain_sight
 from vision.road.boxes import Boxes
-from vision.road.rectify import RoadRaster
+from vision.road.grid import Grid
+from vision.road.rectify import RoadCells, RoadRaster
 from vision.road.road_colour import RoadColour
 from vision.road.settings import RoadSettings
 
@@ -20,6 +21,7 @@ CAR_CELLS = 1.8 / METRES_PER_PIXEL
 # A car in its lane, as it is seen: a roof of the road's level between dark windows, and a shadow.
 CAR_LEVELS = [60.0, 100.0, 40.0, 40.0]
 MARKING = 160.0
+GREY, GREEN = (100, 128, 128), (110, 105, 125)
 
 
 def grey_car(x_m: float) -> tuple[Boxes, list[float]]:
@@ -136,6 +138,21 @@ def test_shaded_road_is_what_comes_back_and_not_the_bright_cars_that_pass() -> N
     white = make_boxes([(20, 9.0, 0, 10.0, 12.0), (20, 9.0, 0, 4.5, 1.8)]), [55.0, 100.0]
     sight = road.see([road.sample(white if k % 12 in (3, 4) else shade) for k in range(60)])
     assert differing(sight.planes, median_of([road.sample(shade) for _ in range(9)])) == 0
+
+
+def test_grass_beyond_the_road_is_what_is_seen_most_of_the_time_and_not_the_grey_lorry_that_leans_over_it() -> None:
+    grid, ground = Grid(np.zeros(2), 0.5, (24, 80), is_north_up=True), np.ones((24, 80), np.bool_)
+    ground[16:] = False
+    cells = RoadCells(grid, road=np.ones_like(ground), view_edge=np.zeros_like(ground), ground=ground)
+
+    def sample(*, with_lorry: bool) -> NDArray[np.uint8]:
+        planes = np.stack([np.where(ground, road, grass) for road, grass in zip(GREY, GREEN, strict=True)])
+        planes[:, 12:22, 30:50] = np.where(with_lorry, np.array(GREY)[:, None, None], planes[:, 12:22, 30:50])
+        return np.stack([cells.pack(plane.astype(np.uint8)) for plane in planes])
+
+    colour = RoadColour(cells, RoadSettings(), car_cells=4.0)
+    sight = first_sight([sample(with_lorry=k % 5 == 2) for k in range(20)], colour, SETTINGS)
+    assert differing(sight.planes, sample(with_lorry=False).astype(np.float32)) == 0
 
 
 def test_dark_patch_that_cars_drive_over_is_ground() -> None:

@@ -125,6 +125,14 @@ def cars_that_back(settings: TrackingSettings) -> object:
     return np.argmax(headings, axis=0).tolist()
 
 
+def car_drawn_aside(settings: TrackingSettings) -> object:
+    """See a car creep, and its box gather cells of a neighbour beside it: has it turned?"""
+    watch = Watch(settings, spread_m=0.3)
+    for k in range(40):
+        watch.see(car(0.08 * k, 0.15 * max(0, k - 25)))
+    return [tenth(one) for one in watch.tracker.claims()[0].heading_rad]
+
+
 def sightings_beside_the_course(settings: TrackingSettings) -> object:
     """See cars for a second, and then something beside the course of each: are they the cars?"""
     watch = Watch(settings, spread_m=0.3)
@@ -402,6 +410,7 @@ NOTICED_IN: dict[Callable[[TrackingSettings], object], Sequence[str]] = {
     cars_too_fast_for_the_limit: ("fast_share",),
     creeping_cars: ("heading_speed_mps",),
     cars_that_back: ("sure_sigmas", "sure_mps"),
+    car_drawn_aside: ("turn_radius_m",),
     sightings_beside_the_course: ("gate_sigmas",),
     car_that_turns: ("claimed_us",),
     bus_at_the_view_edge: ("clipped_noise_m",),

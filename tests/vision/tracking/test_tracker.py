@@ -93,6 +93,14 @@ def test_heading_is_kept_while_a_car_stands() -> None:
     assert abs(last.heading_rad[0]) < 0.1
 
 
+def test_creeping_car_that_is_drawn_aside_neither_turns_on_the_spot_nor_drives_sideways() -> None:
+    rows = [(2.0 * t / 1e6, 3.75 * max(0.0, t / 1e6 - 1.6), 0.0, 4.5, 1.8) for t in TIMES]
+    last = track([(t, [row]) for t, row in zip(TIMES, rows, strict=True)])[-1]
+    assert last.velocity_mps[0] == pytest.approx([2.0, 0.0], abs=0.2)
+    assert last.heading_rad[0] == pytest.approx(0.0, abs=0.1)
+    assert last.centre_m[0, 1] > 0.7
+
+
 @pytest.mark.parametrize(("driven_m", "turns"), [(20.0, False), (0.0, True)])
 def test_car_that_drove_in_keeps_its_front_when_it_backs(driven_m: float, turns: bool) -> None:
     ways_m = [min(10.0 * t / 1e6, driven_m) - 3.8 * max(t / 1e6 - 3.0, 0.0) for t in range(0, 5_000_000, STEP_US)]
