@@ -158,16 +158,17 @@ class TrackTable:
         """
         return self.is_confirmed & self.is_sized() & (self.speed_mps() >= self.settings.driving_mps)
 
-    def turn_ahead(self, rows: NDArray[np.intp], now_us: int) -> None:
+    def turn_ahead(self, rows: NDArray[np.intp], is_shared: BoolArray, now_us: int) -> None:
         """Turn the heading of moving tracks along their velocity; standing ones keep theirs.
 
         Nobody turns round on the spot: who has come ahead since it was seen first keeps its front while it stands, or
         backs, and seems to go the other way. And nobody turns in less than a circle, or drives sideways: what seems to
-        is a box that has got cells of a neighbour, or of a shadow, and its velocity is what is left of it ahead.
+        in a shared blob has got cells of a neighbour, or of a shadow, and its velocity is what is left of it ahead.
 
         Parameters
         ----------
-        rows : which tracks are seen.
+        rows : (m,) which tracks are seen.
+        is_shared : (m,) which of them share a blob.
         now_us : the frame's time; `seen_us` is still that of the time before.
         """
         settings = self.settings
@@ -177,19 +178,17 @@ class TrackTable:
         is_moving = speed_mps >= np.maximum(settings.heading_speed_mps, sure_mps)
         ahead_m = np.einsum("ni,ni->n", self.state[:, :2] - self.born_m, axis(self.heading_rad))
         backs = (np.cos(course_rad - self.heading_rad) < 0.0) & (ahead_m > self.length_m)
-        is_turning = is_moving & (~backs | (speed_mps >= settings.sure_mps))
-        rows = rows[is_turning[rows]]
-        turn_rad = wrap_angle(course_rad - self.heading_rad)[rows]
-        # Which end is the front may not have been known, and before a track is confirmed neither is its axis.
-        about_rad = np.pi * (np.abs(turn_rad) > np.pi / 2)
-        turn_rad = wrap_angle(turn_rad - about_rad)
+        is_turning = (is_moving & (~backs | (speed_mps >= settings.sure_mps)))[rows]
+        aside_rad = wrap_angle(course_rad - self.heading_rad)[rows]
+        about_rad = np.pi * (np.abs(aside_rad) > np.pi / 2)  # which end is the front may not have been known
+        aside_rad = wrap_angle(aside_rad - about_rad)
         driven_m = speed_mps[rows] * (now_us - self.seen_us[rows]) / 1_000_000
-        most_rad = np.where(self.is_confirmed[rows], driven_m / settings.turn_radius_m, np.inf)
-        self.heading_rad[rows] += about_rad + np.clip(turn_rad, -most_rad, most_rad)
-        self.heading_rad[rows] = wrap_angle(self.heading_rad[rows])
-        aside = rows[np.abs(turn_rad) > most_rad]
-        ahead = axis(self.heading_rad[aside])
-        self.state[aside, 2:] = np.einsum("ni,ni->n", self.state[aside, 2:], ahead)[:, None] * ahead
+        most_rad = np.where(is_shared, driven_m / settings.turn_radius_m, np.inf)
+        turn_rad = about_rad + np.clip(aside_rad, -most_rad, most_rad)
+        self.heading_rad[rows] = wrap_angle(self.heading_rad[rows] + np.where(is_turning, turn_rad, 0.0))
+        slides = rows[np.abs(aside_rad) > most_rad]
+        ahead = axis(self.heading_rad[slides])
+        self.state[slides, 2:] = np.einsum("ni,ni->n", self.state[slides, 2:], ahead)[:, None] * ahead
 
     def note_rest(self, now_us: int) -> None:
         """Keep track of how long each track has been standing where it is.

@@ -195,7 +195,7 @@ class Tracker:
         corrected, covariance = kalman.update(state, covariance, centre_m, noise)
         corrected, tracks.covariance[rows] = self._by_speed(corrected, covariance, sightings, chosen)
         tracks.state[rows] = self._inert(rows, state, corrected)
-        tracks.turn_ahead(rows, self._now_us)
+        tracks.turn_ahead(rows, ~is_alone, self._now_us)
         is_whole, is_growing = is_alone & ~is_cut, is_alone & is_cut & (tracks.sized_us[rows] == 0)
         boxes = detections.boxes.select(chosen[is_whole])
         tracks.learn_size(rows[is_whole], boxes, self._usual_m[0], self._seen_us)

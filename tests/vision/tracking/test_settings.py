@@ -129,7 +129,7 @@ def car_drawn_aside(settings: TrackingSettings) -> object:
     """See a car creep, and its box gather cells of a neighbour beside it: has it turned?"""
     watch = Watch(settings, spread_m=0.3)
     for k in range(40):
-        watch.see(car(0.08 * k, 0.15 * max(0, k - 25)))
+        watch.see(car(0.08 * k, 0.15 * max(0, k - 25)), divided=k > 25)
     return [tenth(one) for one in watch.tracker.claims()[0].heading_rad]
 
 

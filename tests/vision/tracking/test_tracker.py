@@ -93,12 +93,16 @@ def test_heading_is_kept_while_a_car_stands() -> None:
     assert abs(last.heading_rad[0]) < 0.1
 
 
-def test_creeping_car_that_is_drawn_aside_neither_turns_on_the_spot_nor_drives_sideways() -> None:
-    rows = [(2.0 * t / 1e6, 3.75 * max(0.0, t / 1e6 - 1.6), 0.0, 4.5, 1.8) for t in TIMES]
-    last = track([(t, [row]) for t, row in zip(TIMES, rows, strict=True)])[-1]
-    assert last.velocity_mps[0] == pytest.approx([2.0, 0.0], abs=0.2)
-    assert last.heading_rad[0] == pytest.approx(0.0, abs=0.1)
-    assert last.centre_m[0, 1] > 0.7
+@pytest.mark.parametrize("shares", [True, False])
+def test_creeping_car_that_is_drawn_aside_in_a_shared_blob_neither_turns_nor_drives_sideways(*, shares: bool) -> None:
+    tracker, last = Tracker(VisionSettings(), everywhere), VisionObjects.lost(0, "")
+    for t, (east, north, *_) in zip(TIMES, drive(2, TIMES), strict=True):
+        row = (east, north + 3.75 * max(0.0, t / 1e6 - 1.6), 0.0, 4.5, 1.8)
+        seen = detect([row], known=tracker.predict(t).known)
+        last = tracker.update(replace(seen, divided=np.full(1, shares and t > 1_600_000)))
+    assert last.centre_m[0, 1] > 0.5
+    assert (last.velocity_mps[0] == pytest.approx([2.0, 0.0], abs=0.2)) == shares
+    assert (last.heading_rad[0] == pytest.approx(0.0, abs=0.1)) == shares
 
 
 @pytest.mark.parametrize(("driven_m", "turns"), [(20.0, False), (0.0, True)])
