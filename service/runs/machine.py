@@ -7,6 +7,8 @@ import gc
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Self
 
@@ -28,6 +30,23 @@ def look_seldom() -> None:
 def cores() -> int:
     """Count the processor's cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def stopping_as_ctrl_c() -> Iterator[None]:
+    """Have signals that would kill this process raise `KeyboardInterrupt` while in the `with` block, as Ctrl-C does.
+
+    Off the main thread nothing is changed, nor for a signal that is ignored or has a handler.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    deadly = [one for one in SIGNALS if is_main and signal.getsignal(one) is signal.SIG_DFL]
+    for one in deadly:
+        signal.signal(one, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for one in deadly:
+            signal.signal(one, signal.SIG_DFL)
 
 
 class Interrupts:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 from chronicles.errors import ChronicleError
 from dyknow.errors import DyKnowError
 from service.errors import LogError, RunBusyError, ServiceError
-from service.runs.machine import look_seldom
+from service.runs.machine import look_seldom, stopping_as_ctrl_c
 from service.store.databases.location import database_of
 from service.store.entries import JobKind, JobState
 from service.store.registers.jobs import Jobs, TakenJob
@@ -66,7 +66,7 @@ def work(log_url: str, kind: JobKind = "run", *, stays: bool, tell: Tell, has_fr
     database.check_readable()  # a name that was mistyped makes no new log
     database.check_writable()
     busy = set[str]()  # runs that somebody else processes, sources that do not answer: others go before them
-    with closing(Jobs(database)) as jobs:
+    with stopping_as_ctrl_c(), closing(Jobs(database)) as jobs:
         while True:
             taken = jobs.take(kind, but=busy)
             if taken is None and not busy and not stays:

@@ -20,6 +20,7 @@ from service.runs.jobs.worker import work
 from service.runs.processing import RunRequest, process
 from service.runs.requests import LiveRequest, as_text, job_id
 from service.store.databases.location import database_of
+from service.store.entries import Job
 from service.store.log import open_log
 from service.store.registers.jobs import MOST_ATTEMPTS, Jobs, TakenJob
 from tests.service.conftest import NewLog, in_a_file
@@ -281,12 +282,17 @@ def test_a_run_that_somebody_processes_by_hand_holds_up_no_others(new_log: NewLo
 
 @pytest.mark.long
 @in_a_file
-def test_a_signal_gives_the_job_back(new_log: NewLog, small_scene: Path) -> None:
+@pytest.mark.parametrize(
+    "has_come",
+    [lambda job: job.state == "running", lambda job: " s of input" in job.message],
+    ids=["as it begins", "later"],
+)
+def test_a_signal_gives_the_job_back(new_log: NewLog, small_scene: Path, has_come: Callable[[Job], bool]) -> None:
     url = new_log()
     with opened(url) as jobs:
         name = add(jobs, small_scene / "truth.csv")
         worker = subprocess.Popen([*WORK, url], stderr=subprocess.PIPE)
-        until(lambda: " s of input" in jobs.find(name).message)
+        until(lambda: has_come(jobs.find(name)))
         worker.send_signal(signal.SIGTERM)
         worker.communicate()
         assert worker.returncode == 130
